@@ -1,0 +1,72 @@
+"""Foot-mounted inertial navigation: from the IMU on a shoe to the wearer's track.
+
+Examples
+--------
+>>> import footnav
+>>> recording = footnav.read("walk.csv")  # doctest: +SKIP
+>>> footnav.track(recording).save("track.geojson")  # doctest: +SKIP
+"""
+
+from importlib.metadata import version as _version
+
+from footnav.config import (
+    AdaptiveShoe,
+    Alignment,
+    Calibration,
+    Config,
+    Filter,
+    HealthLimits,
+    MagnitudeVariance,
+    Mechanization,
+    Output,
+    Sensor,
+    Shoe,
+    load_config,
+)
+from footnav.detection import Detection, detect
+from footnav.diagnosis import Diagnosis, diagnose
+from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
+from footnav.evaluation import Evaluation, evaluate
+from footnav.health import Health, Reason, Status
+from footnav.io import read
+from footnav.navigator import Navigator, State
+from footnav.recording import Recording
+from footnav.tracking import track
+from footnav.trajectory import Trajectory
+
+__version__ = _version("footnav")
+
+__all__ = [
+    "AdaptiveShoe",
+    "Alignment",
+    "Calibration",
+    "Config",
+    "ConfigError",
+    "DataError",
+    "Detection",
+    "Diagnosis",
+    "Evaluation",
+    "Filter",
+    "FootnavError",
+    "FootnavWarning",
+    "Health",
+    "HealthLimits",
+    "MagnitudeVariance",
+    "Mechanization",
+    "Navigator",
+    "NumericalError",
+    "Output",
+    "Reason",
+    "Recording",
+    "Sensor",
+    "Shoe",
+    "State",
+    "Status",
+    "Trajectory",
+    "detect",
+    "diagnose",
+    "evaluate",
+    "load_config",
+    "read",
+    "track",
+]

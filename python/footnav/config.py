@@ -1,0 +1,466 @@
+"""Settings of every stage, in the order in which a sample meets the stages.
+
+The Rust core owns the defaults and the ranges; the values shown here are the same ones.  Everything is SI; angles are in degrees where the name ends in ``_deg``.
+"""
+
+from __future__ import annotations
+
+import sys
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union, get_args, get_type_hints
+
+import msgspec
+
+from footnav import _core
+from footnav.errors import ConfigError
+from footnav.export.atomic import replacing
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from footnav.recording import Recording
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Vector: TypeAlias = tuple[float, float, float]
+Matrix: TypeAlias = tuple[Vector, Vector, Vector]
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A group of settings."""
+
+    def replace(self, **changes: Any) -> Self:
+        """Return the same settings with some of them changed."""
+        _refuse_unknown(type(self), changes, "")
+        return msgspec.structs.replace(self, **changes)
+
+
+class Sensor(Section, frozen=True, kw_only=True):
+    """What is known of the inertial measurement unit.
+
+    Attributes
+    ----------
+    gyro_noise_density : float
+        White noise of the gyroscope, rad/s/√Hz.
+    accel_noise_density : float
+        White noise of the accelerometer, m/s²/√Hz.
+    gyro_bias_walk : float
+        Random walk of the gyroscope's bias, rad/s/√s.
+    accel_bias_walk : float
+        Random walk of the accelerometer's bias, m/s²/√s.
+    gyro_bias_std : float
+        Standard deviation of the gyroscope's bias before any rest was seen, rad/s.
+    accel_bias_std : float
+        Standard deviation of the accelerometer's bias, m/s².
+    gyro_range : float, optional
+        Full scale of the gyroscope, rad/s.
+    accel_range : float, optional
+        Full scale of the accelerometer, m/s².
+    """
+
+    gyro_noise_density: float = 1.0e-4
+    accel_noise_density: float = 4.0e-3
+    gyro_bias_walk: float = 1.0e-5
+    accel_bias_walk: float = 1.0e-4
+    gyro_bias_std: float = 0.02
+    accel_bias_std: float = 0.15
+    gyro_range: float | None = None
+    accel_range: float | None = None
+
+
+class Calibration(Section, frozen=True, kw_only=True):
+    """Correction of raw readings: M (raw - b) for each sensor.
+
+    Attributes
+    ----------
+    accel_matrix : tuple of 3 rows
+        Scale and misalignment M of the accelerometer.
+    accel_bias : tuple of 3 floats
+        Bias b of the accelerometer, m/s².
+    gyro_matrix : tuple of 3 rows
+        Scale and misalignment M of the gyroscope.
+    gyro_bias : tuple of 3 floats
+        Bias b of the gyroscope, rad/s.
+    """
+
+    accel_matrix: Matrix = IDENTITY
+    accel_bias: Vector = (0.0, 0.0, 0.0)
+    gyro_matrix: Matrix = IDENTITY
+    gyro_bias: Vector = (0.0, 0.0, 0.0)
+
+
+class Alignment(Section, frozen=True, kw_only=True):
+    """The start of the walk.
+
+    Attributes
+    ----------
+    duration : float
+        Rest that is averaged at the most, s.
+    levelling : {"arctangent", "arcsine"}
+        Form of the levelling equations; the arcsines of Wu et al., eq. 1, need a sensor mounted within 90 degrees of upright.
+    heading_deg : float, optional
+        Heading of `forward_axis` at the start, degrees clockwise from true north.  Without it n x is where that axis points.
+    magnetic_field : tuple of 3 floats, optional
+        Magnetic field at the start in the sensor frame, any unit: gives the heading instead of `heading_deg`.
+    declination_deg : float
+        Declination of the magnetic field, degrees east of true north.
+    forward_axis : {"x", "y", "z", "-x", "-y", "-z"}
+        Axis of the sensor that the heading belongs to.
+    rest_accel_std, rest_gyro_std : float
+        Greatest standard deviations that still count as rest, m/s² and rad/s.
+    gyro_bias_std : float
+        Standard deviation of the gyroscope's bias after `duration` of rest, rad/s.
+    tilt_std : float
+        Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
+    """
+
+    duration: float = 1.0
+    levelling: Literal["arctangent", "arcsine"] = "arctangent"
+    heading_deg: float | None = None
+    magnetic_field: Vector | None = None
+    declination_deg: float = 0.0
+    forward_axis: Literal["x", "y", "z", "-x", "-y", "-z"] = "x"
+    rest_accel_std: float = 0.25
+    rest_gyro_std: float = 0.06
+    gyro_bias_std: float = 3.0e-3
+    tilt_std: float = 0.01
+
+
+class Mechanization(Section, frozen=True, kw_only=True):
+    """The strapdown integration.
+
+    Attributes
+    ----------
+    kind : {"two-sample", "single-sample", "first-order"}
+        Coning and sculling compensated; rotation compensated only; the first-order form of Wang et al. 2019.
+    earth_rate : bool
+        Whether the Earth turns; needs a heading.
+    gravity : float, optional
+        Gravity, m/s²; from latitude and height when absent.
+    latitude_deg, height : float, optional
+        Where gravity is taken at, degrees and m; from `Output.origin`, or else 45 degrees and 0 m, when absent.
+    """
+
+    kind: Literal["two-sample", "single-sample", "first-order"] = "two-sample"
+    earth_rate: bool = False
+    gravity: float | None = None
+    latitude_deg: float | None = None
+    height: float | None = None
+
+
+class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="adaptive-shoe"):
+    """SHOE with a threshold that follows the stride: stationary where the statistic is within a factor of its minimum around the sample.
+
+    Attributes
+    ----------
+    window : float
+        Length of the statistic's window, s.
+    accel_std, gyro_std : float
+        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and rad/s.
+    look_behind, look_ahead : float
+        How far the minimum is sought, s.  The latency is `look_ahead` and half a window.
+    factor : float
+        Multiple of the minimum up to which a sample is stationary.
+    floor : float
+        Statistic below which a sample is stationary however low the minimum is.
+    """
+
+    window: float = 0.05
+    accel_std: float = 0.02
+    gyro_std: float = 8.7e-3
+    look_behind: float = 0.6
+    look_ahead: float = 0.6
+    factor: float = 1.5
+    floor: float = 100.0
+
+
+class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
+    """SHOE with a fixed threshold (Skog et al. 2010).
+
+    Attributes
+    ----------
+    window : float
+        Length of the window, s.
+    accel_std, gyro_std : float
+        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and rad/s.
+    threshold : float
+        Statistic below which a sample is stationary.
+    """
+
+    window: float = 0.025
+    accel_std: float = 0.02
+    gyro_std: float = 8.7e-3
+    threshold: float = 3.0e3
+
+
+class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-variance"):
+    """Magnitude and sliding variance of the specific force (Wu et al., eqs. 4-5).
+
+    Attributes
+    ----------
+    window : float
+        Length of the variance's window, s.
+    magnitude_gate : float
+        Deviation of the magnitude from gravity from which a sample moves, m/s².
+    variance_gate : float
+        Variance of the magnitude from which a sample moves, m²/s⁴.
+    """
+
+    window: float = 0.055
+    magnitude_gate: float = 0.6
+    variance_gate: float = 0.06
+
+
+Detector: TypeAlias = Union[AdaptiveShoe, Shoe, MagnitudeVariance]
+
+
+class Filter(Section, frozen=True, kw_only=True):
+    """The error-state filter.
+
+    Attributes
+    ----------
+    specific_force_noise : float
+        Noise density of the specific force beyond the sensor's own, m/s²/√Hz: shock, bandwidth, scale and timing of a foot in motion.
+    angular_rate_noise : float
+        Noise density of the angular rate beyond the sensor's own, rad/s/√Hz.
+    clipped_noise_factor : float
+        Factor by which both grow at a sample that clips.
+    zero_velocity_std : float
+        Standard deviation of a foot's velocity in stance, m/s.
+    zero_velocity_lever : float
+        Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular rate.
+    innovation_gate : float
+        Squared Mahalanobis distance beyond which a zero velocity is rejected.
+    rejection_limit : float
+        Time of uninterrupted rejection after which a zero velocity is believed all the same, s.
+    zero_angular_rate : bool
+        Whether rest corrects the gyroscope's bias.
+    zero_angular_rate_std : float
+        Standard deviation of a foot's angular rate at rest, rad/s.
+    rest_rate : float
+        Angular rate below which the foot may be at rest, rad/s.
+    rest_duration : float
+        How long the angular rate must have stayed below that, s.
+    """
+
+    specific_force_noise: float = 0.1
+    angular_rate_noise: float = 6.0e-4
+    clipped_noise_factor: float = 10.0
+    zero_velocity_std: float = 0.01
+    zero_velocity_lever: float = 0.03
+    innovation_gate: float = 100.0
+    rejection_limit: float = 0.1
+    zero_angular_rate: bool = True
+    zero_angular_rate_std: float = 0.01
+    rest_rate: float = 0.05
+    rest_duration: float = 0.5
+
+
+class HealthLimits(Section, frozen=True, kw_only=True):
+    """When the solution is called degraded or invalid.
+
+    Attributes
+    ----------
+    gap_intervals : float
+        Interval that counts as a gap, in nominal intervals.
+    memory : float
+        How long a gap, a clipped or a refused sample degrades the solution, s.
+    degraded_after, invalid_after : float
+        Time without a zero velocity after which the solution is degraded or invalid, s.
+    tilt_limit : float
+        Roll and pitch uncertainty above which a start in motion still degrades the solution, rad.
+    """
+
+    gap_intervals: float = 2.5
+    memory: float = 1.0
+    degraded_after: float = 3.0
+    invalid_after: float = 15.0
+    tilt_limit: float = 0.03
+
+
+class Output(Section, frozen=True, kw_only=True):
+    """Where the track lies on the Earth and how files are written.
+
+    Attributes
+    ----------
+    origin : tuple of 3 floats, optional
+        Geodetic latitude and longitude in degrees and ellipsoidal height in m of the start.
+    frame : {"enu", "ned"}
+        Frame of positions, velocities and attitudes in files.
+    """
+
+    origin: Vector | None = None
+    frame: Literal["enu", "ned"] = "enu"
+
+
+class Config(Section, frozen=True, kw_only=True):
+    """All settings; immutable.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    calibration : Calibration
+    alignment : Alignment
+    mechanization : Mechanization
+    detector : AdaptiveShoe, Shoe or MagnitudeVariance
+    filter : Filter
+    health : HealthLimits
+    output : Output
+
+    Raises
+    ------
+    ConfigError
+        A value has the wrong type, is out of range, or is at odds with another one.
+
+    Examples
+    --------
+    >>> config = Config(detector=Shoe(threshold=1e4))
+    >>> config.replace(alignment=config.alignment.replace(heading_deg=90.0)).alignment.heading_deg
+    90.0
+    """
+
+    sensor: Sensor = Sensor()
+    calibration: Calibration = Calibration()
+    alignment: Alignment = Alignment()
+    mechanization: Mechanization = Mechanization()
+    detector: Detector = AdaptiveShoe()
+    filter: Filter = Filter()
+    health: HealthLimits = HealthLimits()
+    output: Output = Output()
+
+    def __post_init__(self) -> None:
+        """Let the core check the values."""
+        _core.check_config(self.to_json())
+
+    @classmethod
+    def preset(cls, name: str) -> Config:
+        """Return the default settings with the figures of a known sensor.
+
+        Parameters
+        ----------
+        name : str
+            "mpu6050", "mti-g710", "stim300", "ngimu" or "vn100".
+
+        Raises
+        ------
+        ConfigError
+            No such preset; the message lists the known ones.
+        """
+        return msgspec.json.decode(_core.preset_config(name), type=cls)
+
+    @property
+    def gravity(self) -> float:
+        """Gravity that the settings amount to, m/s²."""
+        return _core.gravity(self.to_json())
+
+    def with_heading_from(self, recording: Recording) -> Config:
+        """Return the settings with the heading taken from the recording's magnetometer in the rest at its start.
+
+        Raises
+        ------
+        DataError
+            The recording has no magnetometer.
+        """
+        alignment = self.alignment.replace(
+            magnetic_field=recording.mean_magnetic_field(self.alignment.duration), heading_deg=None
+        )
+        return self.replace(alignment=alignment)
+
+    def to_json(self) -> bytes:
+        """Return the settings as the core reads them."""
+        try:
+            return msgspec.json.encode(self)
+        except (TypeError, NotImplementedError) as error:
+            msg = f"a setting has a value that is no setting: {error}"
+            raise ConfigError(msg) from error
+
+    def save(self, path: str | Path) -> None:
+        """Write all settings as TOML; the file is the old one or the whole new one."""
+        import tomli_w
+
+        with replacing(path) as file:
+            tomli_w.dump(_without_none(msgspec.to_builtins(self)), file)
+
+
+def load_config(path: str | Path) -> Config:
+    """Read settings from a TOML file; absent ones keep their defaults.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read, is no TOML, has an unknown key (the message names the nearest known one), a value of the wrong type, or one out of range.
+    """
+    path = Path(path)
+    try:
+        settings = tomllib.loads(path.read_text(encoding="utf-8"))
+        _refuse_unknown(Config, settings, "")
+        return msgspec.convert(settings, Config)
+    except OSError as error:
+        msg = f"{path}: {error.strerror or error}"
+        raise ConfigError(msg) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        msg = f"{path}: not a TOML file: {error}"
+        raise ConfigError(msg) from error
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"{path}: {_readable(error)}") from error
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+def _readable(error: msgspec.ValidationError) -> str:
+    """Say a message such as "Expected `float`, got `str` - at `$.filter.rest_rate`" with the setting first."""
+    text, _, place = str(error).partition(" - at `$.")
+    return f"{place.rstrip('`')}: {text}" if place else text
+
+
+def _without_none(value: Any) -> Any:
+    """Leave out what is absent: TOML has no null."""
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return value
+
+
+def _refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], prefix: str) -> None:
+    """Raise for the first key that `section` does not have, naming the nearest one that it has."""
+    types = get_type_hints(section)
+    for key, value in settings.items():
+        if key not in section.__struct_fields__:
+            raise ConfigError(_unknown(prefix + key, list(section.__struct_fields__)))
+        if isinstance(value, dict):
+            inner = _section_for(types[key], value, prefix + key)
+            _refuse_unknown(inner, {k: v for k, v in value.items() if k != "kind" or inner is Mechanization}, f"{prefix}{key}.")
+
+
+def _section_for(declared: Any, settings: dict[str, Any], name: str) -> type[msgspec.Struct]:
+    """Return the section that a table of settings is for, by its `kind` where several are possible."""
+    choices = {choice.__struct_config__.tag: choice for choice in get_args(declared)}
+    if not choices:
+        return declared if isinstance(declared, type) and issubclass(declared, msgspec.Struct) else Section
+    kind = settings.get("kind", AdaptiveShoe.__struct_config__.tag)
+    if kind not in choices:
+        raise ConfigError(f"{name}.kind = {kind!r}: the known ones are {', '.join(choices)}{_hint(str(kind), list(choices))}")
+    return choices[kind]
+
+
+def _unknown(key: str, known: list[str]) -> str:
+    return f"unknown setting {key!r}: known here are {', '.join(known)}{_hint(key.rpartition('.')[2], known)}"
+
+
+def _hint(word: str, known: list[str]) -> str:
+    nearest = get_close_matches(word, known, n=1)
+    return f"; did you mean {nearest[0]!r}?" if nearest else ""

@@ -1,0 +1,78 @@
+"""Files of a track: one module a format, written whole or not at all."""
+
+import inspect
+from collections.abc import Callable
+from difflib import get_close_matches
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from footnav.errors import ConfigError
+from footnav.export.archive import load_trajectory, write_npz
+from footnav.export.atomic import replacing
+from footnav.export.geojson import write_geojson
+from footnav.export.gpx import write_gpx
+from footnav.export.kml import write_kml
+from footnav.export.table import write_csv, write_parquet, write_tum
+from footnav.trajectory import Trajectory
+
+__all__ = ["load_trajectory", "save"]
+
+_WRITERS: dict[str, Callable[..., None]] = {
+    ".csv": write_csv,
+    ".npz": write_npz,
+    ".tum": write_tum,
+    ".geojson": write_geojson,
+    ".gpx": write_gpx,
+    ".kml": write_kml,
+    ".parquet": write_parquet,
+}
+
+
+def save(traj: Trajectory, path: str | PathLike[str], **options: Any) -> None:
+    """Write a track to a file whose suffix names the format.
+
+    Parameters
+    ----------
+    traj : Trajectory
+        The track.
+    path : path
+        ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned" (default: `traj.frame`).
+        ``.npz``: everything, read back by `load_trajectory`; no options.
+        ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude and height; option `origin`, (latitude, longitude, height)
+        in degrees and m (default: `traj.origin`).
+    **options
+        Those of the format.  ``.geojson`` knows `stances` (bool: a point for each stance), ``.gpx`` knows `start_time`
+        (datetime with a time zone: when the first sample was taken; without it the points carry no time).
+
+    Raises
+    ------
+    ConfigError
+        For an unknown suffix, an option that the format does not know, or an impossible value of one.
+    DataError
+        For a track that the format cannot hold.
+    FootnavError
+        For a file that cannot be written, which stays as it was, or a library that is missing.
+
+    Warns
+    -----
+    FootnavWarning
+        When a geographic file is written without an origin.
+    """
+    path = Path(path)
+    writer = _WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise ConfigError(f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}")
+    _check_options(path, writer, options)
+    with replacing(path) as file:
+        writer(traj, file, **options)
+
+
+def _check_options(path: Path, writer: Callable[..., None], options: dict[str, Any]) -> None:
+    known = list(inspect.signature(writer).parameters)[2:]
+    for option in options:
+        if option not in known:
+            nearest = get_close_matches(option, known, 1)
+            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+            expected = ", ".join(known) or "no options"
+            raise ConfigError(f"{path}: {path.suffix} knows {expected}, not {option!r}{hint}")

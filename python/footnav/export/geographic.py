@@ -1,0 +1,69 @@
+"""Latitude, longitude and height of a track."""
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+from footnav.errors import DataError, FootnavWarning
+from footnav.export.library import require
+from footnav.trajectory import Origin, Trajectory, check_origin
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
+    """Place a track on Earth.
+
+    Parameters
+    ----------
+    traj : Trajectory
+        The track, with x to the east and y to the north.
+    origin : (latitude, longitude, height) or None
+        Degrees and m (WGS-84); None stands for `traj.origin`.
+
+    Returns
+    -------
+    (n, 3) ndarray
+        Longitude and latitude in degrees and height in m: the order of GeoJSON and KML.
+
+    Raises
+    ------
+    ConfigError
+        For an impossible origin.
+    DataError
+        For a track of fewer than two samples, or a position that is not finite.
+
+    Warns
+    -----
+    FootnavWarning
+        When there is no origin: the track is then put at latitude 0, longitude 0.
+    """
+    _check_positions(traj)
+    latitude, longitude, height = _origin(traj, origin)
+    pymap3d = require("pymap3d", "pymap3d")
+    lat, lon, up = pymap3d.enu2geodetic(*traj.position.T, latitude, longitude, height)
+    return np.column_stack([lon, lat, up])
+
+
+def _origin(traj: Trajectory, origin: Sequence[float] | None) -> Origin:
+    if origin is not None:
+        return check_origin(origin)
+    if traj.origin is not None:
+        return traj.origin
+    warnings.warn(
+        "the track has no origin and is put at latitude 0, longitude 0: "
+        "set output.origin in the configuration, or save(..., origin=(latitude, longitude, height))",
+        FootnavWarning,
+        stacklevel=2,
+    )
+    return 0.0, 0.0, 0.0
+
+
+def _check_positions(traj: Trajectory) -> None:
+    label = f"{traj.name}: " if traj.name else ""
+    if len(traj) < 2:
+        raise DataError(f"{label}a line on a map needs two samples or more, the track has {len(traj)}")
+    bad = np.flatnonzero(~np.isfinite(traj.position).all(axis=1))
+    if bad.size:
+        raise DataError(f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers for a map")

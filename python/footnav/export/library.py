@@ -1,0 +1,32 @@
+"""Libraries that are loaded only when a feature needs them."""
+
+from importlib import import_module
+from typing import Any
+
+from footnav.errors import FootnavError
+
+
+def require(module: str, install: str) -> Any:
+    """Import a library.
+
+    Parameters
+    ----------
+    module : str
+        Module to import.
+    install : str
+        What pip has to install when it is missing.
+
+    Returns
+    -------
+    module
+        The imported module.
+
+    Raises
+    ------
+    FootnavError
+        When the library is missing; the message says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise FootnavError(f"{module.partition('.')[0]} is missing: pip install {install}") from error

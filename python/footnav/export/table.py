@@ -1,0 +1,60 @@
+"""Tables of states: CSV, TUM and Parquet."""
+
+import csv
+import io
+from collections.abc import Iterable
+from typing import Any, BinaryIO
+
+import numpy as np
+from footnav.export.frames import states_in
+from footnav.export.library import require
+from footnav.trajectory import Trajectory
+from numpy.typing import NDArray
+
+_AXES = {"enu": "xyz", "ned": "ned"}
+
+
+def write_csv(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> None:
+    """Write a header and one line a sample, each number with all the digits that it takes to read it back unchanged."""
+    columns = _columns(traj, frame)
+    columns["zero_velocity"] = columns["zero_velocity"].astype(np.uint8)
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    _write_rows(file, [tuple(columns)], ",")
+    _write_rows(file, rows, ",")
+
+
+def write_tum(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> None:
+    """Write lines of ``t x y z qx qy qz qw``, as the tools for the TUM benchmark read them."""
+    states = states_in(traj, frame)
+    rows = np.column_stack([traj.t, states.position, states.quaternion])
+    _write_rows(file, rows.tolist(), " ")
+
+
+def write_parquet(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> None:
+    """Write the columns of the CSV to an Apache Parquet file."""
+    pyarrow = require("pyarrow", "footnav[parquet]")
+    parquet = require("pyarrow.parquet", "footnav[parquet]")
+    parquet.write_table(pyarrow.table(_columns(traj, frame)), file)
+
+
+def _columns(traj: Trajectory, frame: str | None) -> dict[str, NDArray[Any]]:
+    """Columns of the table by name."""
+    states = states_in(traj, frame)
+    axes = _AXES[frame or traj.frame]
+    columns: dict[str, NDArray[Any]] = {"t": traj.t}
+    columns |= _named([f"p{axis}" for axis in axes], states.position)
+    columns |= _named([f"v{axis}" for axis in axes], states.velocity)
+    columns |= _named(["qx", "qy", "qz", "qw"], states.quaternion)
+    columns["zero_velocity"] = traj.zero_velocity
+    columns |= _named([f"std_{axis}" for axis in axes], states.position_std)
+    return columns
+
+
+def _named(names: list[str], array: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    return dict(zip(names, np.ascontiguousarray(array.T), strict=True))
+
+
+def _write_rows(file: BinaryIO, rows: Iterable[Iterable[Any]], delimiter: str) -> None:
+    text = io.StringIO()
+    csv.writer(text, delimiter=delimiter, lineterminator="\n").writerows(rows)
+    file.write(text.getvalue().encode())

@@ -1,0 +1,125 @@
+"""How far a track can be trusted, and why not further."""
+
+from dataclasses import dataclass
+from enum import Enum, IntFlag
+
+
+class Status(str, Enum):
+    """Verdict on a track or on the newest state."""
+
+    OK = "OK"
+    DEGRADED = "DEGRADED"
+    INVALID = "INVALID"
+
+
+class Reason(IntFlag):
+    """What speaks against a state, one bit each."""
+
+    ALIGNING = 1
+    MOVING_START = 2
+    NO_ZERO_VELOCITY = 4
+    UPDATES_REJECTED = 8
+    GAP = 16
+    CLIPPED = 32
+    REFUSED = 64
+    LOST = 128
+
+    @property
+    def status(self) -> Status:
+        """The verdict that these reasons amount to."""
+        if self & (Reason.ALIGNING | Reason.LOST):
+            return Status.INVALID
+        return Status.DEGRADED if self else Status.OK
+
+    def describe(self) -> str:
+        """Say in plain words what the bits mean.
+
+        Returns
+        -------
+        str
+            One sentence for each bit that is set, or one that says that none is.
+        """
+        sentences = [sentence for reason, sentence in _SENTENCES.items() if reason in self]
+        return " ".join(sentences) or "Nothing speaks against it."
+
+
+_SENTENCES = {
+    Reason.ALIGNING: "The initial attitude is still being found.",
+    Reason.MOVING_START: "The sensor moved while the initial attitude was taken.",
+    Reason.NO_ZERO_VELOCITY: "The foot was not seen at rest for too long.",
+    Reason.UPDATES_REJECTED: "Zero-velocity updates were rejected as implausible.",
+    Reason.GAP: "Samples are missing.",
+    Reason.CLIPPED: "The sensor reached the end of its range.",
+    Reason.REFUSED: "Samples that were not finite or out of order were refused.",
+    Reason.LOST: "The foot was not seen at rest for so long that the position means nothing.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Counters:
+    """What happened to the samples, in numbers of samples or of updates.
+
+    Attributes
+    ----------
+    samples : int
+        Samples that came in.
+    repeated : int
+        Samples whose stamp equals the one before.
+    gaps : int
+        Intervals in which samples are missing.
+    clipped : int
+        Samples at the end of the sensor's range.
+    refused : int
+        Samples that were not used.
+    zero_velocity_updates, zero_velocity_rejected : int
+        Zero-velocity updates that were applied, and those that the gate rejected.
+    zero_angular_rate_updates : int
+        Zero-angular-rate updates that were applied.
+    """
+
+    samples: int = 0
+    repeated: int = 0
+    gaps: int = 0
+    clipped: int = 0
+    refused: int = 0
+    zero_velocity_updates: int = 0
+    zero_velocity_rejected: int = 0
+    zero_angular_rate_updates: int = 0
+
+    def __str__(self) -> str:
+        """List the counters in one sentence."""
+        return (
+            f"{self.samples:,} samples: {self.repeated:,} repeated, {self.gaps:,} gaps, {self.clipped:,} clipped, "
+            f"{self.refused:,} refused; {self.zero_velocity_updates:,} zero-velocity updates "
+            f"({self.zero_velocity_rejected:,} rejected), {self.zero_angular_rate_updates:,} zero-angular-rate updates."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """State of a run: the verdict, its reasons, and what they rest on.
+
+    Attributes
+    ----------
+    status : Status
+        The verdict.
+    reasons : Reason
+        What speaks against the track, as bits.
+    counters : Counters
+        What happened to the samples.
+    horizontal_std, vertical_std : float
+        Uncertainty of the position, one sigma, in m.
+    """
+
+    status: Status
+    reasons: Reason
+    counters: Counters
+    horizontal_std: float
+    vertical_std: float
+
+    def __str__(self) -> str:
+        """Describe the run in one paragraph."""
+        return (
+            f"{self.status.value}. {self.reasons.describe()} {self.counters} "
+            f"One sigma: {self.horizontal_std:.2f} m horizontal, {self.vertical_std:.2f} m vertical."
+        )

@@ -1,0 +1,118 @@
+"""The options of `footnav.io.read`, checked before a file is opened."""
+
+import difflib
+import math
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from footnav.errors import ConfigError
+from footnav.io.header import ROLES
+from footnav.io.units import ACCEL, GYRO, TIME
+from footnav.recording import Floats
+
+FORMATS = ("npz", "xio", "mpu6050", "mpu6050-pair", "csv")
+FEET = ("left", "right")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """Options of `footnav.io.read`, which documents them.
+
+    Raises
+    ------
+    ConfigError
+        A value is unknown, out of range, or at odds with another one.
+    """
+
+    format: str | None = None
+    rate_hz: float | None = None
+    columns: Mapping[str, str | int] | None = None
+    t_unit: str | None = None
+    accel_unit: str | None = None
+    gyro_unit: str | None = None
+    axes: str | None = None
+    foot: str | None = None
+    accel_range: float | None = None
+    gyro_range: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no reader could use."""
+        _check_choice("format", self.format, FORMATS)
+        _check_choice("t_unit", self.t_unit, TIME.scale)
+        _check_choice("accel_unit", self.accel_unit, ACCEL.scale)
+        _check_choice("gyro_unit", self.gyro_unit, GYRO.scale)
+        _check_choice("foot", self.foot, FEET)
+        for label in ("rate_hz", "accel_range", "gyro_range"):
+            _check_positive(label, getattr(self, label))
+        if self.columns is not None:
+            _check_columns(self.columns)
+        if self.axes is not None:
+            rotation(self.axes)
+
+    def refuse(self, form: str, *labels: str) -> None:
+        """Raise ConfigError if an option is given that a file of format `form` has no use for."""
+        for label in labels:
+            if getattr(self, label) is not None:
+                raise ConfigError(f"{label} has no meaning for a file of format {form!r}; leave it out")
+
+
+def rotation(axes: str) -> Floats:
+    """Turn "y,-x,z" into the matrix whose rows are the sensor's axes in terms of the file's.
+
+    Parameters
+    ----------
+    axes : str
+        The file's column, with its sign, that each of the sensor's axes x, y and z is.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Rotation matrix of entries -1, 0 and 1.
+
+    Raises
+    ------
+    ConfigError
+        The text is not three signed letters, or the axes are not right-handed.
+    """
+    parts = re.fullmatch(r"\s*([+-]?[xyz])\s*,\s*([+-]?[xyz])\s*,\s*([+-]?[xyz])\s*", axes, re.IGNORECASE)
+    if not parts:
+        raise ConfigError(f'axes is {axes!r}; expected three of x, y, z with their signs, such as "y,-x,z"')
+    matrix = np.zeros((3, 3))
+    for row, part in enumerate(parts.groups()):
+        matrix[row, "xyz".index(part[-1].lower())] = -1.0 if part[0] == "-" else 1.0
+    determinant = round(float(np.linalg.det(matrix)))
+    if determinant == 0:
+        raise ConfigError(f"axes is {axes!r}; each of x, y and z must appear once")
+    if determinant < 0:
+        raise ConfigError(f"axes is {axes!r}, which mirrors the sensor; a right-handed one has one sign fewer or more")
+    return matrix
+
+
+def nearest(word: str, known: Collection[str]) -> str:
+    """Name the known word that is most like `word`, as the end of a message, or nothing when none is like it."""
+    close = difflib.get_close_matches(word.lower(), known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def _check_choice(label: str, value: object, known: Collection[str]) -> None:
+    if value is not None and value not in known:
+        raise ConfigError(f"{label} is {value!r}; expected one of {', '.join(known)}{nearest(str(value), known)}")
+
+
+def _check_positive(label: str, value: object) -> None:
+    if value is None:
+        return
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not (number and math.isfinite(value) and value > 0):  # type: ignore[arg-type, operator]
+        raise ConfigError(f"{label} is {value!r}; expected a positive number")
+
+
+def _check_columns(columns: Mapping[str, str | int]) -> None:
+    for role, column in columns.items():
+        if role not in ROLES:
+            raise ConfigError(f"columns names {role!r}; expected one of {', '.join(ROLES)}{nearest(str(role), ROLES)}")
+        if isinstance(column, bool) or not isinstance(column, str | int):
+            raise ConfigError(f"columns[{role!r}] is {column!r}; expected the title or the number of a column")

@@ -1,0 +1,98 @@
+"""What every reader hands over: SI values along the axes of the file, before they are checked as a recording."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from footnav.errors import ConfigError, DataError
+from footnav.io.units import Quantity, to_si
+from footnav.recording import Floats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Samples:
+    """Samples in SI units, as `footnav.recording.Recording` names them; ranges in m/s^2 and rad/s."""
+
+    t: Floats
+    accel: Floats
+    gyro: Floats
+    mag: Floats | None = None
+    pressure: Floats | None = None
+    temperature: Floats | None = None
+    accel_range: float | None = None
+    gyro_range: float | None = None
+
+
+def stamps(name: str, t: Floats | None, n: int, rate_hz: float | None) -> Floats:
+    """Return the file's stamps, or make them from the sampling rate when it has none.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file, for messages.
+    t : ndarray, shape (n,), or None
+        The file's stamps, s.
+    n : int
+        Number of samples.
+    rate_hz : float or None
+        Sampling rate, Hz, for a file without stamps.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Stamps, s.
+
+    Raises
+    ------
+    ConfigError
+        A rate is given for a file that has stamps.
+    DataError
+        There is neither.
+    """
+    if t is not None and rate_hz is not None:
+        raise ConfigError(f"{name} has stamps; rate_hz is for files without, so leave it out")
+    if t is not None:
+        return t
+    if rate_hz is None:
+        raise DataError(
+            f'{name} has no column of time that is recognised; name it with columns={{"t": ...}}, '
+            "or give the sampling rate (rate_hz) if the file has none"
+        )
+    return np.arange(n) / rate_hz
+
+
+def convert(name: str, values: Floats, quantity: Quantity, unit: str | None, judge: Callable[[], str | None]) -> Floats:
+    """Convert to SI, from `unit` or else from the unit that `judge` finds in the values.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file, for messages.
+    values : ndarray
+        Values of `quantity` as the file has them.
+    quantity : Quantity
+        What they measure.
+    unit : str or None
+        The unit, where it is known.
+    judge : callable
+        Returns the unit, or None when the values leave it open.
+
+    Returns
+    -------
+    ndarray
+        SI values.
+
+    Raises
+    ------
+    DataError
+        The unit is neither known nor to be seen in the values.
+    """
+    found = unit or judge()
+    if found is None:
+        choices = ", ".join(quantity.scale)
+        cure = f"give {quantity.option} ({choices})" if quantity.option else f"write it in the title ({choices})"
+        raise DataError(
+            f"{name} does not state the unit of {quantity.name}, and the values leave it open; {cure}{quantity.hint}"
+        )
+    return to_si(values, quantity, found)

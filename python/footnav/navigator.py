@@ -1,0 +1,167 @@
+"""Streaming: one foot, sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footnav import _core
+from footnav.config import Config
+from footnav.errors import DataError
+from footnav.health import Counters, Health, Reason
+from footnav.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+    from typing_extensions import Self
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Navigation state at one instant.
+
+    Attributes
+    ----------
+    t : float
+        Stamp, s.
+    position, velocity : ndarray of shape (3,)
+        In n, m and m/s.
+    quaternion : ndarray of shape (4,)
+        Rotation from the sensor frame to n, (x, y, z, w).
+    """
+
+    t: float
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    quaternion: NDArray[np.float64]
+
+
+class Navigator(_core.Navigator):
+    """Follows one foot, sample by sample, with the same numbers as :func:`footnav.track`, to the bit, however the samples are cut into blocks.
+
+    A state comes out `latency` samples after its sample went in, because the detector looks ahead; :meth:`now` carries it forward to the newest sample.
+    While the start is aligned the states stay at the origin and `health` says so.
+
+    Parameters
+    ----------
+    config : Config, optional
+        Settings; the defaults need no tuning.
+    rate_hz : float
+        Samples per second, about; sets the lengths of windows and what counts as a gap.
+
+    Attributes
+    ----------
+    latency : int
+        Number of samples by which a state comes late.
+    t : float or None
+        Stamp of the newest state, s; this and the following are None before the first state came out.
+    position, velocity : ndarray of shape (3,) or None
+        In n, m and m/s.
+    quaternion : ndarray of shape (4,) or None
+        Rotation from the sensor frame to n, (x, y, z, w).
+    zero_velocity : bool or None
+        Whether the foot was at rest on the ground.
+    gyro_bias, accel_bias : ndarray of shape (3,) or None
+        In the sensor frame, rad/s and m/s².
+    covariance : ndarray of shape (15, 15) or None
+        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias (b); None while the start is aligned.
+
+    Raises
+    ------
+    ConfigError
+        A setting or the rate is out of range.
+    """
+
+    config: Config
+    rate_hz: float
+
+    def __new__(cls, config: Config | None = None, rate_hz: float = 200.0) -> Self:
+        """Build the core's navigator."""
+        return super().__new__(cls, (config or Config()).to_json(), rate_hz)
+
+    def __init__(self, config: Config | None = None, rate_hz: float = 200.0) -> None:
+        """Remember the settings."""
+        self.config = config or Config()
+        self.rate_hz = rate_hz
+
+    def push_block(self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike) -> Trajectory:
+        """Take a block of samples in and return the states that came out.
+
+        Parameters
+        ----------
+        t : array_like of shape (n,)
+            Stamps, s.
+        accel : array_like of shape (n, 3)
+            Specific force in the sensor frame, m/s².
+        gyro : array_like of shape (n, 3)
+            Angular rate in the sensor frame, rad/s.
+
+        Returns
+        -------
+        Trajectory
+            As many rows as states came out, possibly none.
+
+        Raises
+        ------
+        DataError
+            A shape is wrong, a value is not finite, or time goes back; none of the block was used.
+        NumericalError
+            The filter cannot go on; :meth:`reset` begins anew.
+        """
+        columns = (_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2))
+        return self._trajectory(self.push_columns(*columns))
+
+    def flush(self) -> Trajectory:
+        """End the data and return the states of the last `latency` samples.
+
+        Raises
+        ------
+        DataError
+            The data were ended before.
+        NumericalError
+            The filter cannot go on.
+        """
+        return self._trajectory(self.flush_columns())
+
+    def now(self) -> State | None:
+        """Return the state at the newest sample: the newest state that came out, carried forward by the strapdown alone.
+
+        Returns
+        -------
+        State or None
+            None before the first sample; the origin while the start is aligned.
+        """
+        fields = self.state_now()
+        return None if fields is None else State(**fields)
+
+    @property
+    def health(self) -> Health:
+        """Trust in the newest state, with what was counted since the start."""
+        fields = self.health_fields()
+        reasons = Reason(fields["reasons"])
+        return Health(
+            status=reasons.status,
+            reasons=reasons,
+            counters=Counters(**fields["counters"]),
+            horizontal_std=fields["horizontal_std"],
+            vertical_std=fields["vertical_std"],
+        )
+
+    def _trajectory(self, columns: dict[str, Any]) -> Trajectory:
+        return Trajectory(**columns, health=self.health, origin=self.config.output.origin, frame=self.config.output.frame)
+
+
+def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
+    """Return what was given as an array of floats, or say what is wrong with it."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        msg = f"{name} is not an array of numbers: {error}"
+        raise DataError(msg) from error
+    if array.ndim != dimensions:
+        expected = "(n,)" if dimensions == 1 else "(n, 3)"
+        msg = f"{name} has shape {array.shape}; expected {expected}"
+        raise DataError(msg)
+    return array

@@ -1,0 +1,341 @@
+"""Pictures of a track.
+
+Every function draws on the axes it is given, or on a figure of its own that pyplot knows nothing of, and returns the
+axes or the figure; ``.figure.savefig(...)`` writes it.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from footnav.errors import ConfigError, DataError
+from footnav.evaluation import Truth, find_alignment, true_positions
+from footnav.export.atomic import replacing
+from footnav.export.library import require
+from footnav.steps import find_stances
+from footnav.trajectory import Trajectory
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Detection = tuple[Floats, float, Flags]
+
+PICTURES = (".png", ".svg", ".pdf")
+
+# Okabe and Ito's palette: told apart by colour-blind readers and in print.
+TRACK = "#0072B2"
+TRUTH = "#D55E00"
+INK = "#333333"
+FAINT = "#767676"
+STANCE = "#DCE6EE"
+BEHIND_TEXT = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}
+
+
+def plot_track(traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw") -> Axes:
+    """Draw a track from above, with the places where the foot stood.
+
+    Parameters
+    ----------
+    traj : Trajectory
+        The track; two samples or more when there is a truth.
+    truth : optional
+        As for `footnav.evaluate`; drawn dashed, in the frame of the track.
+    ax : Axes, optional
+        Where to draw.
+    align : str
+        How the truth is brought to the track, as for `footnav.evaluate`.
+
+    Returns
+    -------
+    Axes
+        Equal scales, m.
+
+    Raises
+    ------
+    DataError
+        For an empty track, or a truth that does not fit it.
+    FootnavError
+        When matplotlib is missing.
+    """
+    _check_not_empty(traj)
+    ax = _axes(ax, "x or east (m)", "y or north (m)")
+    if truth is not None:
+        position = true_positions(traj, truth)
+        position = find_alignment(traj.position, position, align).undo(position)
+        ax.plot(*position[:, :2].T, color=TRUTH, lw=1.1, dashes=(4, 2), label="truth", zorder=3)
+    ax.plot(*traj.position[:, :2].T, color=TRACK, lw=1.0, alpha=0.65, label="track", zorder=2)
+    standing = traj.position[_stance_middles(traj)]
+    ax.plot(*standing[:, :2].T, "o", color=TRACK, ms=3, mew=0, label="stance", zorder=4)
+    _mark_ends(ax, traj.position)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.margins(0.08)
+    ax.grid(visible=True, color="#EEEEEE", lw=0.6)
+    ax.set_axisbelow(True)
+    _legend_above(ax)
+    return ax
+
+
+def plot_height(traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw") -> Axes:
+    """Draw the height over time; parameters, errors and return value as for `plot_track`."""
+    _check_not_empty(traj)
+    ax = _axes(ax, "time (s)", "height (m)")
+    if truth is not None:
+        position = true_positions(traj, truth)
+        position = find_alignment(traj.position, position, align).undo(position)
+        ax.plot(traj.t, position[:, 2], color=TRUTH, lw=1.1, dashes=(4, 2), zorder=3)
+    ax.plot(traj.t, traj.position[:, 2], color=TRACK, lw=0.9, alpha=0.65)
+    middles = _stance_middles(traj)
+    ax.plot(traj.t[middles], traj.position[middles, 2], "o", color=TRACK, ms=2.5, mew=0, zorder=4)
+    _fit_time(ax, traj.t)
+    return ax
+
+
+def plot_velocity(traj: Trajectory, ax: Axes | None = None) -> Axes:
+    """Draw the speed over time, the samples at rest shaded.
+
+    Parameters
+    ----------
+    traj : Trajectory
+        The track.
+    ax : Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+        Time in s, speed in m/s.
+
+    Raises
+    ------
+    DataError
+        For an empty track.
+    FootnavError
+        When matplotlib is missing.
+    """
+    _check_not_empty(traj)
+    ax = _axes(ax, "time (s)", "speed (m/s)")
+    _shade(ax, traj.t, traj.zero_velocity)
+    ax.plot(traj.t, np.linalg.norm(traj.velocity, axis=1), color=TRACK, lw=0.9)
+    ax.set_ylim(bottom=0)
+    _fit_time(ax, traj.t)
+    return ax
+
+
+def plot_detector(t: Floats, statistic: Floats, threshold: float, decision: Flags, ax: Axes | None = None) -> Axes:
+    """Draw a zero-velocity detector's statistic against its threshold, its decisions shaded.
+
+    Parameters
+    ----------
+    t : (n,) ndarray
+        Stamps, s.
+    statistic : (n,) ndarray
+        In the detector's own unit; what is not positive has no place on the logarithmic axis and is left out.
+    threshold : float
+        In the same unit.
+    decision : (n,) ndarray of bool
+        True where the detector sees rest.
+    ax : Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+        Time in s; the statistic's axis is logarithmic.
+
+    Raises
+    ------
+    DataError
+        For arrays that differ in length or are empty, or a statistic or threshold that is nowhere positive.
+    FootnavError
+        When matplotlib is missing.
+    """
+    t, statistic, decision = np.asarray(t), np.asarray(statistic, float), np.asarray(decision, bool)
+    if not (len(t) == len(statistic) == len(decision) > 0):
+        raise DataError(
+            f"t, statistic and decision have {len(t)}, {len(statistic)} and {len(decision)} samples: expected as many, "
+            "one or more"
+        )
+    positive = statistic > 0
+    if not positive.any() or not threshold > 0:
+        raise DataError(f"threshold is {threshold}, the greatest statistic {statistic.max()}: expected both positive")
+    ax = _axes(ax, "time (s)", "detector statistic")
+    _shade(ax, t, decision)
+    ax.set_yscale("log")
+    ax.plot(t, np.where(positive, statistic, np.nan), color=INK, lw=0.7)
+    ax.axhline(threshold, color=TRUTH, lw=1.0)
+    ax.annotate(
+        f"threshold {threshold:.3g}",
+        (1, threshold),
+        xycoords=ax.get_yaxis_transform(),
+        xytext=(-3, 3),
+        textcoords="offset points",
+        ha="right",
+        color=TRUTH,
+        fontsize=8,
+        bbox=BEHIND_TEXT,
+    )
+    _fit_time(ax, t)
+    return ax
+
+
+def overview(
+    traj: Trajectory,
+    truth: Truth | None = None,
+    detection: Detection | None = None,
+    title: str | None = None,
+    *,
+    align: str = "yaw",
+) -> Figure:
+    """Draw the track beside its height, its speed and, when given, the detector.
+
+    Parameters
+    ----------
+    traj : Trajectory
+        The track.
+    truth : optional
+        As for `plot_track`.
+    detection : (statistic, threshold, decision), optional
+        As for `plot_detector`, at the samples of the track.
+    title : str, optional
+        Default: the name of the track.
+    align : str
+        As for `plot_track`.
+
+    Returns
+    -------
+    Figure
+        Unknown to pyplot.
+
+    Raises
+    ------
+    DataError
+        As the plots that it is made of.
+    FootnavError
+        When matplotlib is missing.
+    """
+    rows = 3 if detection is not None else 2
+    figure = _figure((11, 6))
+    grid = figure.add_gridspec(rows, 2, width_ratios=(1.35, 1))
+    plot_track(traj, truth, figure.add_subplot(grid[:, 0]), align=align)
+    beside = [figure.add_subplot(grid[0, 1])]
+    beside += [figure.add_subplot(grid[row, 1], sharex=beside[0]) for row in range(1, rows)]
+    plot_height(traj, truth, beside[0], align=align)
+    plot_velocity(traj, beside[1])
+    if detection is not None:
+        plot_detector(traj.t, *detection, ax=beside[2])
+    for ax in beside[:-1]:
+        ax.set_xlabel("")
+        ax.tick_params(labelbottom=False)
+    title = traj.name if title is None else title
+    if title:
+        figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
+    return figure
+
+
+def save_overview(
+    traj: Trajectory,
+    path: str | PathLike[str],
+    truth: Truth | None = None,
+    detection: Detection | None = None,
+    title: str | None = None,
+    *,
+    align: str = "yaw",
+) -> None:
+    """Write the overview to a picture, whole or not at all.
+
+    Parameters
+    ----------
+    traj, truth, detection, title, align
+        As for `overview`.
+    path : path
+        ``.png``, ``.svg`` or ``.pdf``.
+
+    Raises
+    ------
+    ConfigError
+        For another suffix.
+    DataError
+        As `overview`.
+    FootnavError
+        When the file cannot be written, or matplotlib is missing.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in PICTURES:
+        raise ConfigError(f"{path}: unknown suffix {suffix!r}, expected one of {', '.join(PICTURES)}")
+    figure = overview(traj, truth, detection, title, align=align)
+    with replacing(path) as file:
+        figure.savefig(file, format=suffix[1:], dpi=150)
+
+
+def _figure(size: tuple[float, float]) -> Figure:
+    """Make a figure that pyplot does not manage."""
+    figure: Figure = require("matplotlib.figure", "footnav[plot]").Figure(figsize=size, layout="constrained")
+    return figure
+
+
+def _axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
+    """Sober axes, new ones if there are none."""
+    if ax is None:
+        ax = _figure((6, 4.5)).add_subplot()
+    ax.set_xlabel(xlabel, color=INK, fontsize=9)
+    ax.set_ylabel(ylabel, color=INK, fontsize=9)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.spines[["left", "bottom"]].set(linewidth=0.6, color=FAINT)
+    ax.tick_params(width=0.6, color=FAINT, labelcolor=INK, labelsize=8)
+    return ax
+
+
+def _mark_ends(ax: Axes, position: Floats) -> None:
+    """Mark both ends, labelled on opposite sides, since a closed walk has them in one place."""
+    marks: list[tuple[str, int, str, tuple[int, int], Any]] = [
+        ("start", 0, "o", (-6, 6), "right"),
+        ("end", -1, "s", (6, -12), "left"),
+    ]
+    for label, row, marker, offset, side in marks:
+        x, y = position[row, :2]
+        ax.plot(x, y, marker, mfc="white", mec=INK, mew=1.2, ms=7 if marker == "o" else 5, zorder=5)
+        ax.annotate(
+            label,
+            (x, y),
+            xytext=offset,
+            textcoords="offset points",
+            ha=side,
+            fontsize=9,
+            color=INK,
+            bbox=BEHIND_TEXT,
+            zorder=4.5,
+        )
+
+
+def _legend_above(ax: Axes) -> None:
+    legend = ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize=8, borderaxespad=0)
+    for text in legend.get_texts():
+        text.set_color(INK)
+
+
+def _shade(ax: Axes, t: Floats, flag: Flags) -> None:
+    """Mark the samples at rest over the whole height of the axes."""
+    ax.fill_between(t, 0, 1, where=flag, transform=ax.get_xaxis_transform(), color=STANCE, lw=0, zorder=0)
+    ax.set_title("shaded: foot at rest", loc="right", fontsize=8, color=FAINT, pad=2)
+
+
+def _fit_time(ax: Axes, t: Floats) -> None:
+    if t[-1] > t[0]:
+        ax.set_xlim(t[0], t[-1])
+
+
+def _stance_middles(traj: Trajectory) -> NDArray[np.intp]:
+    first, last = find_stances(traj.t, traj.zero_velocity)
+    return (first + last) // 2
+
+
+def _check_not_empty(traj: Trajectory) -> None:
+    if len(traj) == 0:
+        raise DataError("the track is empty: there is nothing to draw")

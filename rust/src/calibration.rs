@@ -1,0 +1,125 @@
+//! Correction of raw readings: M (raw - b) for each sensor.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::ConfigError;
+use crate::sample::ImuSample;
+
+/// Scale, misalignment and bias of both sensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Calibration {
+    /// Rows of the accelerometer's matrix M.
+    pub accel_matrix: [[f64; 3]; 3],
+    /// Bias b of the accelerometer, m/s².
+    pub accel_bias: [f64; 3],
+    /// Rows of the gyroscope's matrix M.
+    pub gyro_matrix: [[f64; 3]; 3],
+    /// Bias b of the gyroscope, rad/s.
+    pub gyro_bias: [f64; 3],
+}
+
+const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Self { accel_matrix: IDENTITY, accel_bias: [0.0; 3], gyro_matrix: IDENTITY, gyro_bias: [0.0; 3] }
+    }
+}
+
+impl Calibration {
+    /// Checks that every number is finite and that both matrices can be inverted.
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        check_matrix("calibration.accel_matrix", &self.accel_matrix)?;
+        check_bias("calibration.accel_bias", &self.accel_bias)?;
+        check_matrix("calibration.gyro_matrix", &self.gyro_matrix)?;
+        check_bias("calibration.gyro_bias", &self.gyro_bias)
+    }
+}
+
+fn check_matrix(key: &'static str, rows: &[[f64; 3]; 3]) -> Result<(), ConfigError> {
+    let determinant = matrix(rows).determinant();
+    if determinant.is_finite() && determinant > 1.0e-3 {
+        return Ok(());
+    }
+    let value = format!("{rows:?}");
+    Err(ConfigError::OutOfRange { key, value, expected: "three rows of a right-handed matrix near the identity" })
+}
+
+fn check_bias(key: &'static str, bias: &[f64; 3]) -> Result<(), ConfigError> {
+    if bias.iter().all(|b| b.is_finite()) {
+        return Ok(());
+    }
+    Err(ConfigError::OutOfRange { key, value: format!("{bias:?}"), expected: "three finite numbers" })
+}
+
+fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| rows[i][j])
+}
+
+/// A [`Calibration`] made ready for one sample after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Calibrator {
+    accel: Matrix3<f64>,
+    accel_bias: Vector3<f64>,
+    gyro: Matrix3<f64>,
+    gyro_bias: Vector3<f64>,
+    is_identity: bool,
+}
+
+impl Calibrator {
+    pub(crate) fn new(calibration: &Calibration) -> Self {
+        Self {
+            accel: matrix(&calibration.accel_matrix),
+            accel_bias: calibration.accel_bias.into(),
+            gyro: matrix(&calibration.gyro_matrix),
+            gyro_bias: calibration.gyro_bias.into(),
+            is_identity: *calibration == Calibration::default(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn apply(&self, raw: &ImuSample) -> ImuSample {
+        if self.is_identity {
+            return *raw;
+        }
+        ImuSample {
+            time: raw.time,
+            specific_force: self.accel * (raw.specific_force - self.accel_bias),
+            angular_rate: self.gyro * (raw.angular_rate - self.gyro_bias),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn applying_a_calibration_undoes_the_errors_that_it_describes() {
+        let calibration = Calibration {
+            accel_matrix: [[1.02, 0.01, -0.02], [0.0, 0.97, 0.03], [0.01, 0.0, 1.05]],
+            accel_bias: [0.3, -0.2, 0.1],
+            gyro_matrix: [[0.99, 0.0, 0.02], [0.01, 1.01, 0.0], [0.0, -0.03, 1.0]],
+            gyro_bias: [0.02, 0.01, -0.03],
+        };
+        let (accel, gyro) = (matrix(&calibration.accel_matrix), matrix(&calibration.gyro_matrix));
+        let truth = ImuSample::new(1.0, [1.0, -2.0, 9.0], [0.5, 3.0, -1.0]);
+        let raw = ImuSample {
+            time: 1.0,
+            specific_force: accel.try_inverse().unwrap() * truth.specific_force + Vector3::from(calibration.accel_bias),
+            angular_rate: gyro.try_inverse().unwrap() * truth.angular_rate + Vector3::from(calibration.gyro_bias),
+        };
+        let corrected = Calibrator::new(&calibration).apply(&raw);
+        assert!((corrected.specific_force - truth.specific_force).norm() < 1e-14);
+        assert!((corrected.angular_rate - truth.angular_rate).norm() < 1e-14);
+    }
+
+    #[test]
+    fn a_singular_matrix_is_refused_by_name() {
+        let calibration = Calibration { gyro_matrix: [[0.0; 3]; 3], ..Calibration::default() };
+        let message = calibration.validate().unwrap_err().to_string();
+        assert!(message.starts_with("calibration.gyro_matrix ="), "{message}");
+    }
+}

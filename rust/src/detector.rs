@@ -1,0 +1,76 @@
+//! Stance detection: is the foot on the ground and still?
+//!
+//! A detector looks at a window centred on the sample that it judges, so it answers `latency` samples late.  Where a window is not full it never says
+//! "stationary".
+//!
+//! # References
+//! I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, "Zero-velocity detection - an algorithm evaluation", IEEE Trans. Biomed. Eng. 57(11), 2010.
+
+use crate::calibration::Calibrator;
+use crate::config::{Config, DetectorConfig};
+use crate::sample::ImuSample;
+
+mod adaptive_shoe;
+mod magnitude_variance;
+mod shoe;
+mod window;
+
+pub use adaptive_shoe::AdaptiveShoe;
+pub use magnitude_variance::MagnitudeVariance;
+pub use shoe::Shoe;
+
+/// What a detector found about one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// The test statistic; NaN where the window was not full.
+    pub statistic: f64,
+    /// The value below which the statistic means stance.
+    pub threshold: f64,
+    /// Whether the foot is taken to be at rest on the ground.
+    pub stationary: bool,
+}
+
+impl Decision {
+    /// No answer: a window that is not full.
+    const UNKNOWN: Self = Self { statistic: f64::NAN, threshold: f64::NAN, stationary: false };
+}
+
+/// A stance detector that takes one calibrated sample after the other.
+///
+/// Every sample gets exactly one decision, in order: from [`Detector::push`] once `latency` further samples have come in, and for the last `latency` samples of
+/// the data from [`Detector::drain`].
+pub trait Detector: Send + Sync {
+    /// Number of samples by which a decision comes late.
+    fn latency(&self) -> usize;
+
+    /// Takes the next sample and returns the decision about the one `latency` samples before it, once there is such a one.
+    fn push(&mut self, sample: &ImuSample) -> Option<Decision>;
+
+    /// After the last sample: the next of the decisions still owed.
+    fn drain(&mut self) -> Option<Decision>;
+
+    /// Forgets all samples.
+    fn reset(&mut self);
+}
+
+impl DetectorConfig {
+    /// The detector for samples at `rate_hz`, with gravity in m/s².
+    #[must_use]
+    pub fn build(&self, rate_hz: f64, gravity: f64) -> Box<dyn Detector> {
+        match self {
+            Self::AdaptiveShoe(config) => Box::new(AdaptiveShoe::new(config, rate_hz, gravity)),
+            Self::Shoe(config) => Box::new(Shoe::new(config, rate_hz, gravity)),
+            Self::MagnitudeVariance(config) => Box::new(MagnitudeVariance::new(config, rate_hz, gravity)),
+        }
+    }
+}
+
+/// The decisions of the configured detector about calibrated samples at `rate_hz`, one per sample.
+#[must_use]
+pub fn decide_all(config: &Config, rate_hz: f64, samples: &[ImuSample]) -> Vec<Decision> {
+    let calibrator = Calibrator::new(&config.calibration);
+    let mut detector = config.detector.build(rate_hz, config.gravity());
+    let mut decisions: Vec<Decision> = samples.iter().filter_map(|raw| detector.push(&calibrator.apply(raw))).collect();
+    decisions.extend(std::iter::from_fn(|| detector.drain()));
+    decisions
+}

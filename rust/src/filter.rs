@@ -1,0 +1,218 @@
+//! Error-state Kalman filter with full feedback.
+//!
+//! The errors are truth minus estimate, in n for position, velocity and attitude: `C_true = (I + [φ×]) C_est`.  With this sign
+//!
+//! ```text
+//! δp' = δv
+//! δv' = -[C f ×] φ - C δb_a - 2 ω_ie × δv
+//! φ'  = -ω_ie × φ - C δb_g
+//! ```
+//!
+//! and every estimated error is added to the estimate and forgotten.  The covariance is propagated and reduced as 3x3 blocks, see [`covariance`].
+//!
+//! # References
+//! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial Sensors": eq. 3 (error model), eq. 6 (zero-velocity update).
+//! - P. D. Groves, "Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems", 2nd ed., 2013: ch. 14 (error-state integration).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::alignment::Aligned;
+use crate::config::Config;
+use crate::error::NumericalError;
+use crate::rotation;
+use crate::sample::ImuSample;
+use crate::strapdown::{NavState, Step};
+
+pub mod covariance;
+
+use covariance::{Block, Covariance, Update};
+
+/// Navigation state with the sensor biases that belong to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Position, velocity and attitude.
+    pub nav: NavState,
+    /// Gyroscope bias, rad/s.
+    pub gyro_bias: Vector3<f64>,
+    /// Accelerometer bias, m/s².
+    pub accel_bias: Vector3<f64>,
+}
+
+impl Estimate {
+    /// Adds estimated errors: the feedback.
+    fn correct(&mut self, error: &[Vector3<f64>; covariance::BLOCKS]) {
+        let [position, velocity, attitude, gyro_bias, accel_bias] = error;
+        self.nav.position += position;
+        self.nav.velocity += velocity;
+        self.nav.attitude = rotation::renormalize(rotation::exp(attitude) * self.nav.attitude);
+        self.gyro_bias += gyro_bias;
+        self.accel_bias += accel_bias;
+    }
+}
+
+/// Noise that the settings describe, as variances per second.
+#[derive(Clone, Copy, Debug)]
+struct ProcessNoise {
+    velocity: f64,
+    attitude: f64,
+    gyro_bias: f64,
+    accel_bias: f64,
+}
+
+/// The filter: an estimate and the covariance of its errors.
+#[derive(Clone, Debug)]
+pub struct ErrorStateFilter {
+    /// The estimate.
+    pub estimate: Estimate,
+    /// Covariance of the error states.
+    pub covariance: Covariance,
+    noise: ProcessNoise,
+    clipped_factor: f64,
+    earth_rate: Vector3<f64>,
+    gate: f64,
+}
+
+/// Standard deviation of the velocity of a foot that is taken up in motion, m/s.
+const VELOCITY_STD_IN_MOTION: f64 = 1.0;
+/// Standard deviation of roll and pitch levelled on a moving foot, rad.
+const TILT_STD_IN_MOTION: f64 = 0.2;
+/// Variance of a state that is known by definition, such as the origin: small, but above rounding.
+const BY_DEFINITION: f64 = 1.0e-10;
+
+impl ErrorStateFilter {
+    /// A filter that starts from an alignment at `time`.
+    #[must_use]
+    pub fn new(config: &Config, aligned: &Aligned, time: f64, earth_rate: Vector3<f64>) -> Self {
+        let (sensor, filter) = (&config.sensor, &config.filter);
+        let estimate = Estimate {
+            nav: NavState::at_rest(time, aligned.attitude),
+            gyro_bias: aligned.gyro_bias,
+            accel_bias: Vector3::zeros(),
+        };
+        let noise = ProcessNoise {
+            velocity: sensor.accel_noise_density.powi(2) + filter.specific_force_noise.powi(2),
+            attitude: sensor.gyro_noise_density.powi(2) + filter.angular_rate_noise.powi(2),
+            gyro_bias: sensor.gyro_bias_walk.powi(2),
+            accel_bias: sensor.accel_bias_walk.powi(2),
+        };
+        Self {
+            estimate,
+            covariance: initial_covariance(config, aligned),
+            noise,
+            clipped_factor: filter.clipped_noise_factor.powi(2),
+            earth_rate,
+            gate: filter.innovation_gate,
+        }
+    }
+
+    /// Carries the covariance over one step of the mechanization.
+    #[inline]
+    pub fn predict(&mut self, step: &Step, clipped: bool) {
+        let Step { dt, specific_force, attitude } = *step;
+        let p = &mut self.covariance;
+        p.add_scaled(Block::Position, Block::Velocity, 0.5 * dt);
+        p.add_transformed(Block::Velocity, Block::Attitude, &(-dt * rotation::cross_matrix(&specific_force)));
+        p.add_transformed(Block::Velocity, Block::AccelBias, &(-dt * attitude));
+        p.add_scaled(Block::Position, Block::Velocity, 0.5 * dt);
+        p.add_transformed(Block::Attitude, Block::GyroBias, &(-dt * attitude));
+        if self.earth_rate != Vector3::zeros() {
+            let turn = -dt * rotation::cross_matrix(&self.earth_rate);
+            p.transform(Block::Velocity, &(Matrix3::identity() + 2.0 * turn));
+            p.transform(Block::Attitude, &(Matrix3::identity() + turn));
+        }
+        let motion = if clipped { self.clipped_factor * dt } else { dt };
+        p.add_variance(Block::Velocity, self.noise.velocity * motion);
+        p.add_variance(Block::Attitude, self.noise.attitude * motion);
+        p.add_variance(Block::GyroBias, self.noise.gyro_bias * dt);
+        p.add_variance(Block::AccelBias, self.noise.accel_bias * dt);
+    }
+
+    /// Zero-velocity update: the velocity is zero up to a `variance` (m²/s²) on each axis.
+    ///
+    /// `insist` is for a foot that stands although the innovation test says otherwise: the velocity is then doubted by as much as it was found to be wrong.
+    #[inline]
+    pub fn zero_velocity(&mut self, variance: f64, insist: bool) -> Update {
+        let innovation = -self.estimate.nav.velocity;
+        if insist {
+            self.covariance.add_variance(Block::Velocity, innovation.norm_squared());
+        }
+        self.observe(Block::Velocity, &innovation, variance, self.gate)
+    }
+
+    /// Zero-angular-rate update: the foot does not turn, up to `std` (rad/s), so the gyroscope reads its bias.
+    #[inline]
+    pub fn zero_angular_rate(&mut self, sample: &ImuSample, std: f64) -> Update {
+        let innovation = sample.angular_rate - self.estimate.gyro_bias;
+        self.observe(Block::GyroBias, &innovation, std * std, self.gate)
+    }
+
+    fn observe(&mut self, block: Block, innovation: &Vector3<f64>, variance: f64, gate: f64) -> Update {
+        let (update, error) = self.covariance.observe(block, innovation, variance, gate);
+        if let Some(error) = error {
+            self.estimate.correct(&error);
+        }
+        update
+    }
+
+    /// One-sigma position uncertainty in n, m.
+    #[must_use]
+    #[inline]
+    pub fn position_std(&self) -> Vector3<f64> {
+        self.covariance.diagonal(Block::Position).map(f64::sqrt)
+    }
+
+    /// One-sigma uncertainty of roll or pitch, whichever is larger, rad.
+    #[must_use]
+    pub fn tilt_std(&self) -> f64 {
+        let attitude = self.covariance.diagonal(Block::Attitude);
+        attitude.x.max(attitude.y).max(0.0).sqrt()
+    }
+
+    /// Checks that the state is finite and every variance positive.
+    ///
+    /// # Errors
+    /// [`NumericalError`] naming the state and its variance.
+    #[inline]
+    pub fn check(&self) -> Result<(), NumericalError> {
+        let time = self.estimate.nav.time;
+        if !self.estimate.nav.is_finite() {
+            return Err(NumericalError::StateNotFinite { time });
+        }
+        match self.covariance.first_not_positive() {
+            None => Ok(()),
+            Some((state, variance)) => Err(NumericalError::CovarianceNotPositive { time, state, variance }),
+        }
+    }
+}
+
+/// Covariance after the alignment: roll and pitch are wrong by what the accelerometer's bias tilts the measured vertical, and correlated with it.
+///
+/// From `C_true (f - δb) = g z` and `C_est f = g z`: φ = J δb with g J = [[0, -1, 0], [1, 0, 0], [0, 0, 0]] C.
+fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
+    let accel_bias = config.sensor.accel_bias_std.powi(2);
+    let settings = &config.alignment;
+    let mut p = Covariance::zero();
+    p.add_variance(Block::Position, BY_DEFINITION);
+    p.add_variance(Block::AccelBias, accel_bias);
+    if !aligned.at_rest {
+        p.add_variance(Block::Velocity, VELOCITY_STD_IN_MOTION.powi(2));
+        p.add_diagonal(Block::Attitude, &tilt(TILT_STD_IN_MOTION));
+        p.add_variance(Block::GyroBias, config.sensor.gyro_bias_std.powi(2));
+        return p;
+    }
+    let quarter_turn = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let levelling = quarter_turn * aligned.attitude.to_rotation_matrix().matrix() / config.gravity();
+    p.add_transformed(Block::Attitude, Block::AccelBias, &levelling);
+    p.add_diagonal(Block::Attitude, &tilt(settings.tilt_std));
+    p.add_variance(Block::Velocity, config.filter.zero_velocity_std.powi(2));
+    p.add_variance(
+        Block::GyroBias,
+        settings.gyro_bias_std.powi(2) * settings.duration / aligned.rest.min(settings.duration),
+    );
+    p
+}
+
+/// Variances of roll and pitch; the yaw is a definition.
+fn tilt(std: f64) -> Vector3<f64> {
+    Vector3::new(std * std, std * std, BY_DEFINITION)
+}

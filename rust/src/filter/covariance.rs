@@ -1,0 +1,325 @@
+//! The covariance of the 15 error states as 3x3 blocks.
+//!
+//! Only the upper triangle of blocks is kept and each operation treats both sides of the diagonal alike, so the matrix is symmetric by construction, to the bit.
+//! The transition matrix of the error model is a product of a few shears, each of which touches one row and column of blocks: a fraction of the work of a dense
+//! product.
+//!
+//! # References
+//! G. J. Bierman, "Factorization Methods for Discrete Sequential Estimation", 1977: sec. II.6 on what makes an update safe.  The update subtracts `W Wᵀ` with
+//! `W = P Hᵀ L⁻ᵀ`, `L Lᵀ = H P Hᵀ + R`; it keeps P positive as long as the ratio of P to R stays far below 1e16, and the check after each sample tells if it
+//! ever does not.
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// Number of blocks of error states.
+pub const BLOCKS: usize = 5;
+/// Number of error states.
+pub const STATES: usize = 3 * BLOCKS;
+/// Number of blocks on and above the diagonal.
+const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
+
+/// A block of three error states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// Position error in n, m.
+    Position,
+    /// Velocity error in n, m/s.
+    Velocity,
+    /// Attitude error in n, rad.
+    Attitude,
+    /// Gyroscope bias error, rad/s.
+    GyroBias,
+    /// Accelerometer bias error, m/s².
+    AccelBias,
+}
+
+impl Block {
+    /// All blocks in the order of the state vector.
+    pub const ALL: [Self; BLOCKS] = [Self::Position, Self::Velocity, Self::Attitude, Self::GyroBias, Self::AccelBias];
+
+    const fn index(self) -> usize {
+        self as usize
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Attitude => "attitude",
+            Self::GyroBias => "gyroscope bias",
+            Self::AccelBias => "accelerometer bias",
+        }
+    }
+}
+
+/// Outcome of an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Update {
+    /// Squared Mahalanobis distance of the innovation.
+    pub distance: f64,
+    /// Whether it passed the innovation test and was used.
+    pub accepted: bool,
+}
+
+/// Symmetric 15x15 covariance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Covariance {
+    upper: [Matrix3<f64>; UPPER],
+}
+
+/// Where the block (i, j), i <= j, is kept.
+const fn at(i: usize, j: usize) -> usize {
+    i * (2 * BLOCKS - 1 - i) / 2 + j
+}
+
+impl Covariance {
+    /// No uncertainty at all.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self { upper: [Matrix3::zeros(); UPPER] }
+    }
+
+    /// The covariance between two blocks of states.
+    #[must_use]
+    #[inline]
+    pub fn block(&self, row: Block, column: Block) -> Matrix3<f64> {
+        self.get(row.index(), column.index())
+    }
+
+    /// The variances of a block's states.
+    #[must_use]
+    #[inline]
+    pub fn diagonal(&self, block: Block) -> Vector3<f64> {
+        self.upper[at(block.index(), block.index())].diagonal()
+    }
+
+    /// The whole matrix.
+    #[must_use]
+    pub fn dense(&self) -> SMatrix<f64, STATES, STATES> {
+        let mut dense = SMatrix::<f64, STATES, STATES>::zeros();
+        for i in 0..BLOCKS {
+            for j in 0..BLOCKS {
+                dense.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&self.get(i, j));
+            }
+        }
+        dense
+    }
+
+    /// The states of `target` gain `m` times the states of `source`: P becomes (I + E) P (I + E)ᵀ with the block `m` in E.
+    #[inline]
+    pub fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
+        let (t, s) = (target.index(), source.index());
+        let half = (self.get(t, s) + 0.5 * m * self.get(s, s)) * m.transpose();
+        self.upper[at(t, t)] += half + half.transpose();
+        for k in (0..BLOCKS).filter(|&k| k != t) {
+            let gain = m * self.get(s, k);
+            self.add(t, k, &gain);
+        }
+    }
+
+    /// The same as [`Covariance::add_transformed`] with `scale` times the identity.
+    #[inline]
+    pub fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
+        let (t, s) = (target.index(), source.index());
+        let half = scale * (self.get(t, s) + 0.5 * scale * self.get(s, s));
+        self.upper[at(t, t)] += half + half.transpose();
+        for k in (0..BLOCKS).filter(|&k| k != t) {
+            let gain = scale * self.get(s, k);
+            self.add(t, k, &gain);
+        }
+    }
+
+    /// The states of `block` become `m` times themselves.
+    pub fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
+        let b = block.index();
+        let own = m * self.get(b, b) * m.transpose();
+        self.upper[at(b, b)] = 0.5 * (own + own.transpose());
+        for k in (0..BLOCKS).filter(|&k| k != b) {
+            let gain = m * self.get(b, k) - self.get(b, k);
+            self.add(b, k, &gain);
+        }
+    }
+
+    /// Adds the same independent variance to each state of a block.
+    #[inline]
+    pub fn add_variance(&mut self, block: Block, variance: f64) {
+        self.add_diagonal(block, &Vector3::repeat(variance));
+    }
+
+    /// Adds independent variances to the states of a block.
+    #[inline]
+    pub fn add_diagonal(&mut self, block: Block, variances: &Vector3<f64>) {
+        let diagonal = &mut self.upper[at(block.index(), block.index())];
+        for k in 0..3 {
+            diagonal[(k, k)] += variances[k];
+        }
+    }
+
+    /// Observes the three states of `block` directly, with the same `variance` on each axis.
+    ///
+    /// Returns the outcome and, when the innovation passed the `gate`, the estimated errors of all blocks.  An innovation covariance that is not positive is answered
+    /// by a rejection at an infinite distance.
+    #[inline]
+    pub fn observe(
+        &mut self,
+        block: Block,
+        innovation: &Vector3<f64>,
+        variance: f64,
+        gate: f64,
+    ) -> (Update, Option<[Vector3<f64>; BLOCKS]>) {
+        let b = block.index();
+        let innovation_covariance = self.get(b, b) + Matrix3::from_diagonal_element(variance);
+        let Some(whitener) = inverse_cholesky_factor(&innovation_covariance) else {
+            return (Update { distance: f64::INFINITY, accepted: false }, None);
+        };
+        let white = whitener * innovation;
+        let distance = white.norm_squared();
+        if distance.is_nan() || distance > gate {
+            return (Update { distance, accepted: false }, None);
+        }
+        let gain: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.get(k, b) * whitener.transpose());
+        for i in 0..BLOCKS {
+            for j in i..BLOCKS {
+                self.upper[at(i, j)] -= gain[i] * gain[j].transpose();
+            }
+        }
+        (Update { distance, accepted: true }, Some(gain.map(|w| w * white)))
+    }
+
+    /// The first state whose variance is not positive and finite, with that variance.
+    #[inline]
+    pub(crate) fn first_not_positive(&self) -> Option<(&'static str, f64)> {
+        let bad = |variance: &&f64| !(**variance > 0.0 && variance.is_finite());
+        Block::ALL.into_iter().find_map(|block| {
+            let diagonal = self.diagonal(block);
+            diagonal.iter().find(bad).map(|&variance| (block.name(), variance))
+        })
+    }
+
+    #[inline]
+    fn get(&self, i: usize, j: usize) -> Matrix3<f64> {
+        if i <= j { self.upper[at(i, j)] } else { self.upper[at(j, i)].transpose() }
+    }
+
+    /// Adds to the block (i, j), i ≠ j, and so to (j, i).
+    #[inline]
+    fn add(&mut self, i: usize, j: usize, gain: &Matrix3<f64>) {
+        if i < j { self.upper[at(i, j)] += gain } else { self.upper[at(j, i)] += gain.transpose() }
+    }
+}
+
+/// L⁻¹ of a positive matrix L Lᵀ; none if it is not positive.
+#[inline]
+fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let positive = |x: f64| (x > 0.0 && x.is_finite()).then(|| x.sqrt());
+    let l00 = positive(s[(0, 0)])?;
+    let (l10, l20) = (s[(1, 0)] / l00, s[(2, 0)] / l00);
+    let l11 = positive(s[(1, 1)] - l10 * l10)?;
+    let l21 = (s[(2, 1)] - l20 * l10) / l11;
+    let l22 = positive(s[(2, 2)] - l20 * l20 - l21 * l21)?;
+    let (i00, i11, i22) = (1.0 / l00, 1.0 / l11, 1.0 / l22);
+    let i10 = -l10 * i00 * i11;
+    let i21 = -l21 * i11 * i22;
+    let i20 = -(l20 * i00 + l21 * i10) * i22;
+    Some(Matrix3::new(i00, 0.0, 0.0, i10, i11, 0.0, i20, i21, i22))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Dense = SMatrix<f64, STATES, STATES>;
+
+    fn matrices() -> impl Strategy<Value = Matrix3<f64>> {
+        prop::collection::vec(-2.0..2.0, 9).prop_map(|values| Matrix3::from_column_slice(&values))
+    }
+
+    fn blocks() -> impl Strategy<Value = Block> {
+        prop::sample::select(&Block::ALL[..])
+    }
+
+    /// A positive covariance A Aᵀ + I.
+    fn covariances() -> impl Strategy<Value = (Covariance, Dense)> {
+        prop::collection::vec(-1.0..1.0, STATES * STATES).prop_map(|values| {
+            let a = Dense::from_column_slice(&values);
+            let dense = a * a.transpose() + Dense::identity();
+            let dense = 0.5 * (dense + dense.transpose());
+            let mut covariance = Covariance::zero();
+            for i in 0..BLOCKS {
+                for j in i..BLOCKS {
+                    covariance.upper[at(i, j)] = dense.fixed_view::<3, 3>(3 * i, 3 * j).into_owned();
+                }
+            }
+            (covariance, dense)
+        })
+    }
+
+    fn selector(target: Block, source: Block, m: &Matrix3<f64>) -> Dense {
+        let mut f = Dense::identity();
+        let mut view = f.fixed_view_mut::<3, 3>(3 * target.index(), 3 * source.index());
+        view += m;
+        f
+    }
+
+    proptest! {
+        #[test]
+        fn a_shear_is_the_dense_congruence((mut p, dense) in covariances(), m in matrices(), s in blocks(), t in blocks()) {
+            prop_assume!(s != t);
+            p.add_transformed(t, s, &m);
+            let f = selector(t, s, &m);
+            prop_assert!((p.dense() - f * dense * f.transpose()).norm() < 1e-11);
+            prop_assert_eq!(p.dense(), p.dense().transpose());
+        }
+
+        #[test]
+        fn a_scaled_shear_is_a_shear_with_a_multiple_of_the_identity((p, _) in covariances(), x in -2.0..2.0, s in blocks(), t in blocks()) {
+            prop_assume!(s != t);
+            let (mut scaled, mut transformed) = (p.clone(), p);
+            scaled.add_scaled(t, s, x);
+            transformed.add_transformed(t, s, &Matrix3::from_diagonal_element(x));
+            prop_assert!((scaled.dense() - transformed.dense()).norm() < 1e-11);
+            prop_assert_eq!(scaled.dense(), scaled.dense().transpose());
+        }
+
+        #[test]
+        fn a_transformation_is_the_dense_congruence((mut p, dense) in covariances(), m in matrices(), b in blocks()) {
+            p.transform(b, &m);
+            let f = selector(b, b, &(m - Matrix3::identity()));
+            prop_assert!((p.dense() - f * dense * f.transpose()).norm() < 1e-11);
+            prop_assert_eq!(p.dense(), p.dense().transpose());
+        }
+
+        #[test]
+        fn an_observation_is_the_dense_joseph_update((mut p, dense) in covariances(), b in blocks(), r in 0.01..2.0, y in [-1.0..1.0, -1.0..1.0, -1.0..1.0]) {
+            let innovation = Vector3::from(y);
+            let (update, error) = p.observe(b, &innovation, r, f64::INFINITY);
+            let mut h = SMatrix::<f64, 3, STATES>::zeros();
+            h.fixed_columns_mut::<3>(3 * b.index()).fill_with_identity();
+            let s = h * dense * h.transpose() + Matrix3::from_diagonal_element(r);
+            let inverse = s.try_inverse().unwrap();
+            let k = dense * h.transpose() * inverse;
+            let rest = Dense::identity() - k * h;
+            let joseph = rest * dense * rest.transpose() + r * k * k.transpose();
+            prop_assert!((p.dense() - joseph).norm() < 1e-10);
+            prop_assert!((update.distance - innovation.dot(&(inverse * innovation))).abs() < 1e-11);
+            let correction = k * innovation;
+            for (block, part) in error.unwrap().iter().enumerate() {
+                prop_assert!((part - correction.fixed_rows::<3>(3 * block)).norm() < 1e-11);
+            }
+            prop_assert_eq!(p.first_not_positive(), None);
+            prop_assert!(p.dense().symmetric_eigenvalues().min() > 0.0);
+        }
+    }
+
+    #[test]
+    fn an_innovation_beyond_the_gate_changes_nothing() {
+        let mut p = Covariance::zero();
+        p.add_variance(Block::Velocity, 1.0);
+        let before = p.clone();
+        let (update, error) = p.observe(Block::Velocity, &Vector3::new(10.0, 0.0, 0.0), 1.0, 49.0);
+        assert_eq!((update.accepted, error, p), (false, None, before));
+        assert!((update.distance - 50.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,84 @@
+//! The door: only finite samples in the order of time come in, and what is missing, repeated or clipped is noted.
+
+use crate::config::Config;
+use crate::error::DataError;
+use crate::health::{Counters, Reasons};
+use crate::sample::ImuSample;
+
+/// Share of the full scale from which a reading counts as clipped: converters saturate a little below their nominal range.
+const FULL_SCALE_SHARE: f64 = 0.995;
+
+/// Checks one sample after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Intake {
+    longest_interval: f64,
+    accel_limit: f64,
+    gyro_limit: f64,
+    previous_time: Option<f64>,
+    refused_since: bool,
+    pub(crate) counters: Counters,
+}
+
+impl Intake {
+    pub(crate) fn new(config: &Config, nominal_interval: f64) -> Self {
+        let limit = |range: Option<f64>| range.map_or(f64::INFINITY, |r| FULL_SCALE_SHARE * r);
+        Self {
+            longest_interval: config.health.gap_intervals * nominal_interval,
+            accel_limit: limit(config.sensor.accel_range),
+            gyro_limit: limit(config.sensor.gyro_range),
+            previous_time: None,
+            refused_since: false,
+            counters: Counters::default(),
+        }
+    }
+
+    /// Takes a raw sample in and says what is to be held against it.
+    ///
+    /// # Errors
+    /// [`DataError`] for a sample that is not finite or goes back in time.  It is counted and forgotten: the next good sample goes on after a gap.
+    pub(crate) fn accept(&mut self, raw: &ImuSample) -> Result<Reasons, DataError> {
+        if let Err(error) = check(raw, self.next_index(), self.previous_time) {
+            self.counters.refused += 1;
+            self.refused_since = true;
+            return Err(error);
+        }
+        let mut events = Reasons::empty();
+        events.set(Reasons::REFUSED, std::mem::take(&mut self.refused_since));
+        events.set(Reasons::CLIPPED, self.is_clipped(raw));
+        let interval = self.previous_time.map_or(f64::NAN, |previous| raw.time - previous);
+        events.set(Reasons::GAP, interval > self.longest_interval);
+        self.counters.samples += 1;
+        self.counters.repeated += u64::from(interval == 0.0);
+        self.counters.gaps += u64::from(events.contains(Reasons::GAP));
+        self.counters.clipped += u64::from(events.contains(Reasons::CLIPPED));
+        self.previous_time = Some(raw.time);
+        Ok(events)
+    }
+
+    /// Checks a block of samples without taking it in.
+    pub(crate) fn check_block(&self, block: &[ImuSample]) -> Result<(), DataError> {
+        let mut previous_time = self.previous_time;
+        for (index, raw) in (self.next_index()..).zip(block) {
+            check(raw, index, previous_time)?;
+            previous_time = Some(raw.time);
+        }
+        Ok(())
+    }
+
+    fn next_index(&self) -> u64 {
+        self.counters.samples + self.counters.refused
+    }
+
+    fn is_clipped(&self, raw: &ImuSample) -> bool {
+        raw.specific_force.amax() >= self.accel_limit || raw.angular_rate.amax() >= self.gyro_limit
+    }
+}
+
+/// Finite, and not older than the sample before.
+fn check(raw: &ImuSample, index: u64, previous_time: Option<f64>) -> Result<(), DataError> {
+    raw.check_finite(index)?;
+    match previous_time {
+        Some(previous) if raw.time < previous => Err(DataError::TimeReversed { index, time: raw.time, previous }),
+        _ => Ok(()),
+    }
+}

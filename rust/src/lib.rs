@@ -1,0 +1,26 @@
+#![doc = include_str!("../../README.md")]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+pub mod alignment;
+pub mod calibration;
+pub mod config;
+pub mod detector;
+pub mod earth;
+pub mod error;
+pub mod filter;
+pub mod health;
+mod intake;
+pub mod navigator;
+#[cfg(feature = "python")]
+mod python;
+pub mod rotation;
+pub mod sample;
+//SIM pub mod simulation;
+pub mod strapdown;
+pub mod trajectory;
+
+pub use config::Config;
+pub use error::{ConfigError, DataError, Error, NumericalError};
+pub use navigator::{Navigator, Solution};
+pub use sample::ImuSample;
+pub use trajectory::{Trajectory, track};

@@ -1,0 +1,316 @@
+//! The navigator: the way of a sample from the sensor to the track, in one place.
+
+use std::collections::VecDeque;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::alignment::{Alignment, level_by_arctangent};
+use crate::calibration::Calibrator;
+use crate::config::Config;
+use crate::detector::{Decision, Detector};
+use crate::earth;
+use crate::error::{ConfigError, DataError, Error, NumericalError};
+use crate::filter::covariance::Covariance;
+use crate::filter::{ErrorStateFilter, Estimate};
+use crate::health::{Counters, Health, HealthMonitor, Reasons};
+use crate::intake::Intake;
+use crate::sample::ImuSample;
+use crate::strapdown::{NavState, Strapdown};
+use crate::trajectory::Trajectory;
+
+mod walk;
+
+use walk::Walk;
+
+/// Slowest sample rate at which a foot's swing is still resolved, Hz.
+const SLOWEST_RATE: f64 = 20.0;
+/// Fastest sample rate that makes sense, Hz.
+const FASTEST_RATE: f64 = 20_000.0;
+
+/// The navigation solution at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution {
+    /// Position, velocity, attitude and biases.
+    pub estimate: Estimate,
+    /// One-sigma position uncertainty in n, m.
+    pub position_std: Vector3<f64>,
+    /// Whether the detector took the foot to be at rest on the ground.
+    pub zero_velocity: bool,
+    /// What speaks against this solution.
+    pub reasons: Reasons,
+}
+
+/// Follows one foot, sample by sample.
+///
+/// A solution comes out [`Navigator::latency`] samples after its sample went in, because the detector looks ahead.  While the start is aligned the
+/// solutions stay at the origin and say so in their reasons.
+pub struct Navigator {
+    config: Config,
+    nominal_interval: f64,
+    intake: Intake,
+    calibrator: Calibrator,
+    detector: Box<dyn Detector>,
+    /// Samples that wait for their decision.
+    pending: VecDeque<Arrived>,
+    strapdown: Strapdown,
+    phase: Phase,
+    monitor: HealthMonitor,
+    latest: Option<Solution>,
+    first_time: Option<f64>,
+    newest: Option<ImuSample>,
+    ended: bool,
+    failure: Option<NumericalError>,
+}
+
+/// A calibrated sample and what is held against it.
+#[derive(Clone, Copy)]
+struct Arrived {
+    sample: ImuSample,
+    events: Reasons,
+}
+
+/// What the navigator is doing.
+#[expect(clippy::large_enum_variant, reason = "there is one of it, and a box would be one more hop for every sample")]
+enum Phase {
+    Aligning(Alignment),
+    Walking(Walk),
+}
+
+impl Navigator {
+    /// A navigator for samples at about `rate_hz`.
+    ///
+    /// The rate only sets the lengths of windows and what counts as a gap; it is rounded to whole hertz, so that a measured rate and the one that the
+    /// sensor was set to give the same solution to the bit.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a setting or a rate out of range.
+    pub fn new(config: Config, rate_hz: f64) -> Result<Self, ConfigError> {
+        let rate = whole_hertz(rate_hz)?;
+        config.validate()?;
+        let detector = config.detector.build(rate, config.gravity());
+        Self::with_detector(config, rate_hz, detector)
+    }
+
+    /// A navigator with a stance detector of one's own; `config.detector` is not used.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a setting or a rate out of range.
+    pub fn with_detector(config: Config, rate_hz: f64, detector: Box<dyn Detector>) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let nominal_interval = 1.0 / whole_hertz(rate_hz)?;
+        let (gravity, mechanization) = (config.gravity(), &config.mechanization);
+        let latitude = config.latitude_deg().to_radians();
+        let earth_rate = if mechanization.earth_rate { earth::rotation_rate(latitude) } else { Vector3::zeros() };
+        Ok(Self {
+            intake: Intake::new(&config, nominal_interval),
+            calibrator: Calibrator::new(&config.calibration),
+            pending: VecDeque::with_capacity(detector.latency() + 1),
+            detector,
+            strapdown: Strapdown { kind: mechanization.kind, gravity, earth_rate, nominal_interval },
+            phase: Phase::Aligning(Alignment::new(config.alignment.clone(), gravity, nominal_interval)),
+            monitor: HealthMonitor::new(config.health.clone()),
+            latest: None,
+            first_time: None,
+            newest: None,
+            ended: false,
+            failure: None,
+            nominal_interval,
+            config,
+        })
+    }
+
+    /// Takes the next raw sample; returns the solution of the sample [`Navigator::latency`] before it, once there is such a one.
+    ///
+    /// # Errors
+    /// [`DataError`] for a sample that is not finite or goes back in time: it is refused and counted, and the next good one goes on after a gap.
+    /// [`NumericalError`] when the filter cannot go on; every later call repeats it until [`Navigator::reset`].
+    #[inline]
+    pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
+        self.check_running()?;
+        let events = self.intake.accept(raw)?;
+        let sample = self.calibrator.apply(raw);
+        self.first_time.get_or_insert(sample.time);
+        self.newest = Some(sample);
+        self.pending.push_back(Arrived { sample, events });
+        match self.detector.push(&sample) {
+            Some(decision) => self.release(&decision),
+            None => Ok(None),
+        }
+    }
+
+    /// Takes a block of raw samples and returns the solutions that came out.
+    ///
+    /// # Errors
+    /// As [`Navigator::push`]; a block with a bad sample is refused as a whole, before any of it was used.
+    pub fn push_block(&mut self, block: &[ImuSample]) -> Result<Trajectory, Error> {
+        self.check_running()?;
+        self.intake.check_block(block)?;
+        let mut solutions = Trajectory::with_capacity(block.len());
+        for raw in block {
+            if let Some(solution) = self.push(raw)? {
+                solutions.push(&solution);
+            }
+        }
+        Ok(solutions)
+    }
+
+    /// Ends the data and returns the solutions of the last [`Navigator::latency`] samples.
+    ///
+    /// # Errors
+    /// [`NumericalError`] when the filter cannot go on.
+    pub fn flush(&mut self) -> Result<Trajectory, Error> {
+        self.check_running()?;
+        let mut solutions = Trajectory::with_capacity(self.pending.len());
+        while let Some(decision) = self.detector.drain() {
+            if let Some(solution) = self.release(&decision)? {
+                solutions.push(&solution);
+            }
+        }
+        self.ended = true;
+        Ok(solutions)
+    }
+
+    /// Forgets everything but the settings.
+    pub fn reset(&mut self) {
+        self.detector.reset();
+        self.pending.clear();
+        self.intake = Intake::new(&self.config, self.nominal_interval);
+        self.phase = Phase::Aligning(Alignment::new(
+            self.config.alignment.clone(),
+            self.strapdown.gravity,
+            self.nominal_interval,
+        ));
+        self.monitor = HealthMonitor::new(self.config.health.clone());
+        self.latest = None;
+        self.first_time = None;
+        self.newest = None;
+        self.ended = false;
+        self.failure = None;
+    }
+
+    /// Number of samples by which a solution comes late.
+    #[must_use]
+    pub fn latency(&self) -> usize {
+        self.detector.latency()
+    }
+
+    /// The newest solution that came out.
+    #[must_use]
+    pub fn latest(&self) -> Option<&Solution> {
+        self.latest.as_ref()
+    }
+
+    /// The state at the newest sample: the newest solution carried forward by the strapdown alone.
+    ///
+    /// While the start is aligned that is the origin, levelled by the newest sample.  None before the first sample.
+    #[must_use]
+    pub fn now(&self) -> Option<NavState> {
+        match &self.phase {
+            Phase::Walking(walk) => {
+                let mut walk = walk.clone();
+                for arrived in &self.pending {
+                    walk.propagate(&self.strapdown, &arrived.sample);
+                }
+                Some(walk.filter.estimate.nav)
+            }
+            Phase::Aligning(_) => {
+                let newest = self.newest?;
+                Some(NavState::at_rest(newest.time, level_by_arctangent(&newest.specific_force)))
+            }
+        }
+    }
+
+    /// Covariance of the error states; none while the start is being aligned.
+    #[must_use]
+    pub fn covariance(&self) -> Option<&Covariance> {
+        match &self.phase {
+            Phase::Aligning(_) => None,
+            Phase::Walking(walk) => Some(&walk.filter.covariance),
+        }
+    }
+
+    /// Trust in the newest solution.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        let std = self.latest.map_or(Vector3::zeros(), |solution| solution.position_std);
+        Health {
+            reasons: self.latest.map_or(Reasons::ALIGNING, |solution| solution.reasons),
+            counters: Counters { updates: self.monitor.updates, ..self.intake.counters },
+            horizontal_std: std.x.hypot(std.y),
+            vertical_std: std.z,
+        }
+    }
+
+    /// Checks that the start was aligned, as a whole walk needs.
+    ///
+    /// # Errors
+    /// [`DataError::TooShort`].
+    pub fn check_aligned(&self) -> Result<(), DataError> {
+        let Phase::Aligning(alignment) = &self.phase else { return Ok(()) };
+        let first = self.first_time.unwrap_or(0.0);
+        let last = self.newest.map_or(first, |sample| sample.time);
+        Err(DataError::TooShort {
+            samples: self.intake.counters.samples,
+            duration: last - first,
+            needed: alignment.duration(),
+        })
+    }
+
+    fn check_running(&self) -> Result<(), Error> {
+        match &self.failure {
+            Some(failure) => Err(failure.clone().into()),
+            None if self.ended => Err(DataError::AfterFlush.into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives the oldest waiting sample its decision and solves it.
+    #[inline]
+    fn release(&mut self, decision: &Decision) -> Result<Option<Solution>, Error> {
+        let Some(Arrived { sample, events }) = self.pending.pop_front() else { return Ok(None) };
+        let solution = match &mut self.phase {
+            Phase::Walking(walk) => walk
+                .update(&self.strapdown, &self.config.filter, &mut self.monitor, &sample, events, decision)
+                .inspect_err(|failure| self.failure = Some(failure.clone()))?,
+            Phase::Aligning(alignment) => match alignment.push(&sample)? {
+                None => Solution::at_start(&sample, alignment.attitude_so_far(), events, decision),
+                Some(aligned) => {
+                    let filter = ErrorStateFilter::new(&self.config, &aligned, sample.time, self.strapdown.earth_rate);
+                    self.monitor.aligned(sample.time, aligned.at_rest);
+                    self.phase = Phase::Walking(Walk::new(filter, &sample));
+                    Solution::at_start(&sample, aligned.attitude, events, decision)
+                }
+            },
+        };
+        self.latest = Some(solution);
+        Ok(Some(solution))
+    }
+}
+
+impl Solution {
+    /// While the start is being aligned the foot stays at the origin.
+    fn at_start(sample: &ImuSample, attitude: UnitQuaternion<f64>, events: Reasons, decision: &Decision) -> Self {
+        Self {
+            estimate: Estimate {
+                nav: NavState::at_rest(sample.time, attitude),
+                gyro_bias: Vector3::zeros(),
+                accel_bias: Vector3::zeros(),
+            },
+            position_std: Vector3::zeros(),
+            zero_velocity: decision.stationary,
+            reasons: events | Reasons::ALIGNING,
+        }
+    }
+}
+
+/// The rate rounded to whole hertz.
+fn whole_hertz(rate_hz: f64) -> Result<f64, ConfigError> {
+    if (SLOWEST_RATE..=FASTEST_RATE).contains(&rate_hz) {
+        return Ok(rate_hz.round());
+    }
+    Err(ConfigError::OutOfRange {
+        key: "rate_hz",
+        value: rate_hz.to_string(),
+        expected: "between 20 and 20000 samples per second",
+    })
+}

@@ -1,0 +1,133 @@
+//! The extension module `footnav._core`: each wrapper converts and delegates.
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::config::{Config, PRESETS};
+use crate::error::{ConfigError as CoreConfigError, Error};
+use crate::sample::ImuSample;
+
+mod navigator;
+
+pyo3::import_exception!(footnav.errors, ConfigError);
+pyo3::import_exception!(footnav.errors, DataError);
+pyo3::import_exception!(footnav.errors, NumericalError);
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Config(error) => ConfigError::new_err(error.to_string()),
+            Error::Data(error) => DataError::new_err(error.to_string()),
+            Error::Numerical(error) => NumericalError::new_err(error.to_string()),
+        }
+    }
+}
+
+impl From<CoreConfigError> for PyErr {
+    fn from(error: CoreConfigError) -> Self {
+        ConfigError::new_err(error.to_string())
+    }
+}
+
+/// Columns of a block of samples, as `NumPy` hands them over.
+type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<navigator::PyNavigator>()?;
+    module.add_function(wrap_pyfunction!(default_config, module)?)?;
+    module.add_function(wrap_pyfunction!(preset_config, module)?)?;
+    module.add_function(wrap_pyfunction!(preset_names, module)?)?;
+    module.add_function(wrap_pyfunction!(check_config, module)?)?;
+    module.add_function(wrap_pyfunction!(gravity, module)?)?;
+    module.add_function(wrap_pyfunction!(detect, module)?)?;
+    Ok(())
+}
+
+/// The default settings as JSON.
+#[pyfunction]
+fn default_config() -> PyResult<String> {
+    to_json(&Config::default())
+}
+
+/// The settings of a preset as JSON.
+#[pyfunction]
+fn preset_config(name: &str) -> PyResult<String> {
+    to_json(&Config::preset(name)?)
+}
+
+/// The names of the presets.
+#[pyfunction]
+fn preset_names() -> Vec<&'static str> {
+    PRESETS.to_vec()
+}
+
+/// Raises `ConfigError` for settings that make no sense.
+#[pyfunction]
+fn check_config(config: &[u8]) -> PyResult<()> {
+    Ok(from_json(config)?.validate()?)
+}
+
+/// Gravity (m/s²) that the settings amount to.
+#[pyfunction]
+fn gravity(config: &[u8]) -> PyResult<f64> {
+    Ok(from_json(config)?.gravity())
+}
+
+/// Statistic, threshold and decision of the configured detector for each sample.
+#[pyfunction]
+fn detect<'py>(
+    py: Python<'py>,
+    config: &[u8],
+    rate_hz: f64,
+    t: PyReadonlyArray1<'py, f64>,
+    accel: PyReadonlyArray2<'py, f64>,
+    gyro: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let config = from_json(config)?;
+    config.validate()?;
+    let samples = rows(&(t, accel, gyro))?;
+    let decisions = py.detach(|| crate::detector::decide_all(&config, rate_hz, &samples));
+    let columns = PyDict::new(py);
+    columns.set_item("statistic", PyArray1::from_iter(py, decisions.iter().map(|d| d.statistic)))?;
+    columns.set_item("threshold", PyArray1::from_iter(py, decisions.iter().map(|d| d.threshold)))?;
+    columns.set_item("decision", PyArray1::from_iter(py, decisions.iter().map(|d| d.stationary)))?;
+    Ok(columns)
+}
+
+fn to_json(config: &Config) -> PyResult<String> {
+    serde_json::to_string(config).map_err(|error| ConfigError::new_err(error.to_string()))
+}
+
+fn from_json(text: &[u8]) -> PyResult<Config> {
+    let mut json = serde_json::Deserializer::from_slice(text);
+    serde_path_to_error::deserialize(&mut json)
+        .map_err(|error| ConfigError::new_err(format!("{}: {}", error.path(), error.inner())))
+}
+
+/// Copies a block of samples out of `NumPy`'s memory, so that the interpreter can be released while it is worked on.
+fn rows((t, accel, gyro): &Columns<'_>) -> PyResult<Vec<ImuSample>> {
+    let (t, accel, gyro) = (t.as_array(), accel.as_array(), gyro.as_array());
+    let shape = [t.len(), 3];
+    if accel.shape() != shape || gyro.shape() != shape {
+        return Err(DataError::new_err(format!(
+            "{} stamps need accel and gyro of shape ({}, 3); got {:?} and {:?}",
+            t.len(),
+            t.len(),
+            accel.shape(),
+            gyro.shape()
+        )));
+    }
+    let row = |k: usize| {
+        let at = |m: &numpy::ndarray::ArrayView2<'_, f64>| [m[(k, 0)], m[(k, 1)], m[(k, 2)]];
+        ImuSample::new(t[k], at(&accel), at(&gyro))
+    };
+    Ok((0..t.len()).map(row).collect())
+}
+
+/// An (n, N) array that takes over the memory of `rows`.
+fn matrix<const N: usize>(py: Python<'_>, rows: Vec<[f64; N]>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let shape = [rows.len(), N];
+    PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
+}

@@ -1,0 +1,157 @@
+//! `footnav._core.Navigator`.
+
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::Error;
+use crate::filter::covariance::STATES;
+use crate::health::Reasons;
+use crate::navigator::{Navigator, Solution};
+use crate::python::{from_json, matrix, rows};
+use crate::sample::ImuSample;
+use crate::strapdown::NavState;
+use crate::trajectory::Trajectory;
+
+/// The core's navigator; `footnav.Navigator` dresses its columns as Python objects.
+#[pyclass(subclass, name = "Navigator", module = "footnav._core")]
+pub(super) struct PyNavigator {
+    inner: Navigator,
+}
+
+#[pymethods]
+impl PyNavigator {
+    #[new]
+    fn new(config: &[u8], rate_hz: f64) -> PyResult<Self> {
+        Ok(Self { inner: Navigator::new(from_json(config)?, rate_hz)? })
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "floats are the cheapest thing to hand over from Python")]
+    fn push(&mut self, t: f64, ax: f64, ay: f64, az: f64, gx: f64, gy: f64, gz: f64) -> PyResult<bool> {
+        let sample = ImuSample::new(t, [ax, ay, az], [gx, gy, gz]);
+        Ok(self.inner.push(&sample)?.is_some())
+    }
+
+    fn push_columns<'py>(
+        &mut self,
+        py: Python<'py>,
+        t: PyReadonlyArray1<'py, f64>,
+        accel: PyReadonlyArray2<'py, f64>,
+        gyro: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let samples = rows(&(t, accel, gyro))?;
+        columns(py, py.detach(|| self.inner.push_block(&samples))?)
+    }
+
+    fn flush_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns(py, py.detach(|| self.inner.flush())?)
+    }
+
+    fn check_aligned(&self) -> PyResult<()> {
+        Ok(self.inner.check_aligned().map_err(Error::from)?)
+    }
+
+    fn reset(&mut self) {
+        self.inner.reset();
+    }
+
+    fn state_now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.inner.now().map(|state| state_columns(py, &state)).transpose()
+    }
+
+    fn health_fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let health = self.inner.health();
+        let counters = PyDict::new(py);
+        counters.set_item("samples", health.counters.samples)?;
+        counters.set_item("repeated", health.counters.repeated)?;
+        counters.set_item("gaps", health.counters.gaps)?;
+        counters.set_item("clipped", health.counters.clipped)?;
+        counters.set_item("refused", health.counters.refused)?;
+        counters.set_item("zero_velocity_updates", health.counters.updates.zero_velocity)?;
+        counters.set_item("zero_velocity_rejected", health.counters.updates.zero_velocity_rejected)?;
+        counters.set_item("zero_angular_rate_updates", health.counters.updates.zero_angular_rate)?;
+        let fields = PyDict::new(py);
+        fields.set_item("reasons", health.reasons.bits())?;
+        fields.set_item("counters", counters)?;
+        fields.set_item("horizontal_std", health.horizontal_std)?;
+        fields.set_item("vertical_std", health.vertical_std)?;
+        Ok(fields)
+    }
+
+    #[getter]
+    fn latency(&self) -> usize {
+        self.inner.latency()
+    }
+
+    #[getter]
+    fn t(&self) -> Option<f64> {
+        self.latest().map(|solution| solution.estimate.nav.time)
+    }
+
+    #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.nav.position.as_slice()))
+    }
+
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.nav.velocity.as_slice()))
+    }
+
+    #[getter]
+    fn quaternion<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.nav.attitude.coords.as_slice()))
+    }
+
+    #[getter]
+    fn gyro_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.gyro_bias.as_slice()))
+    }
+
+    #[getter]
+    fn accel_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.accel_bias.as_slice()))
+    }
+
+    #[getter]
+    fn zero_velocity(&self) -> Option<bool> {
+        self.latest().map(|solution| solution.zero_velocity)
+    }
+
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let Some(covariance) = self.inner.covariance() else { return Ok(None) };
+        let dense: Vec<[f64; STATES]> = covariance.dense().row_iter().map(|row| row.transpose().into()).collect();
+        matrix(py, dense).map(Some)
+    }
+}
+
+impl PyNavigator {
+    fn latest(&self) -> Option<&Solution> {
+        self.inner.latest()
+    }
+}
+
+/// The columns of `footnav.Trajectory`, by name.
+fn columns(py: Python<'_>, trajectory: Trajectory) -> PyResult<Bound<'_, PyDict>> {
+    let fields = PyDict::new(py);
+    fields.set_item("t", PyArray1::from_vec(py, trajectory.time))?;
+    fields.set_item("position", matrix(py, trajectory.position)?)?;
+    fields.set_item("velocity", matrix(py, trajectory.velocity)?)?;
+    fields.set_item("quaternion", matrix(py, trajectory.quaternion)?)?;
+    fields.set_item("zero_velocity", PyArray1::from_vec(py, trajectory.zero_velocity))?;
+    fields.set_item("position_std", matrix(py, trajectory.position_std)?)?;
+    fields.set_item("gyro_bias", matrix(py, trajectory.gyro_bias)?)?;
+    fields.set_item("accel_bias", matrix(py, trajectory.accel_bias)?)?;
+    fields.set_item("reasons", PyArray1::from_iter(py, trajectory.reasons.iter().map(Reasons::bits)))?;
+    Ok(fields)
+}
+
+fn state_columns<'py>(py: Python<'py>, state: &NavState) -> PyResult<Bound<'py, PyDict>> {
+    let fields = PyDict::new(py);
+    fields.set_item("t", state.time)?;
+    fields.set_item("position", PyArray1::from_slice(py, state.position.as_slice()))?;
+    fields.set_item("velocity", PyArray1::from_slice(py, state.velocity.as_slice()))?;
+    fields.set_item("quaternion", PyArray1::from_slice(py, state.attitude.coords.as_slice()))?;
+    Ok(fields)
+}

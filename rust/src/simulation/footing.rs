@@ -1,0 +1,237 @@
+//! Where the foot comes down: the footholds along a route.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+
+use super::draw;
+use super::gait::Gait;
+use super::route::{Route, Waypoint};
+
+/// Share of a whole stride that the first and the last one take, which bring the feet apart and together again.
+const HALF: f64 = 0.5;
+/// Most that the foot turns in one stride on the spot, rad.
+const WIDEST_PIVOT: f64 = 100.0 * PI / 180.0;
+/// Sideways scatter of a foothold per unit of the gait's variation, m.
+const SIDEWAYS_SCATTER: f64 = 0.3;
+/// Scatter of a foothold's yaw per unit of the gait's variation, rad.
+const YAW_SCATTER: f64 = 1.0;
+
+/// Where and how the foot stands flat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Foothold {
+    /// The sole's reference point in n, m.
+    pub(super) position: Vector3<f64>,
+    /// Direction of the toes, rad, anticlockwise from n x.
+    pub(super) yaw: f64,
+}
+
+/// The footholds of a walk along a valid route.
+pub(super) fn plan(route: &Route, gait: &Gait, random: &mut ChaCha8Rng) -> Vec<Foothold> {
+    let mut footholds = Vec::new();
+    for run in runs(route, gait.sharpest_curve) {
+        let distances = run.distances(gait, random);
+        let first = run.foothold(distances[0], gait);
+        turn_on_the_spot(&mut footholds, &first, gait.sharpest_curve);
+        footholds.extend(distances[1..].iter().map(|&distance| run.foothold(distance, gait)));
+    }
+    scatter(&mut footholds, gait.variation, random);
+    footholds
+}
+
+/// A part of the route that is walked without a stop, with the distance of each corner from its start.
+struct Run {
+    points: Vec<Vector3<f64>>,
+    travelled: Vec<f64>,
+    treads: bool,
+}
+
+impl Run {
+    fn new(from: Vector3<f64>, to: &Waypoint) -> Self {
+        let mut run = Self { points: vec![from], travelled: vec![0.0], treads: to.tread };
+        run.push(to.position);
+        run
+    }
+
+    fn push(&mut self, point: Vector3<f64>) {
+        let way = point - self.points[self.points.len() - 1];
+        self.travelled.push(self.length() + way.norm());
+        self.points.push(point);
+    }
+
+    fn length(&self) -> f64 {
+        self.travelled[self.travelled.len() - 1]
+    }
+
+    fn last_leg(&self) -> Vector3<f64> {
+        let n = self.points.len();
+        self.points[n - 1] - self.points[n - 2]
+    }
+
+    /// The point at `distance` from the start, which is held within the run.
+    fn at(&self, distance: f64) -> Vector3<f64> {
+        let leg = self.travelled.partition_point(|&travelled| travelled < distance).clamp(1, self.points.len() - 1);
+        let (start, end) = (self.travelled[leg - 1], self.travelled[leg]);
+        let share = ((distance - start) / (end - start)).clamp(0.0, 1.0);
+        self.points[leg - 1].lerp(&self.points[leg], share)
+    }
+
+    /// Distances of the footholds from the start of the run, the start itself included.
+    fn distances(&self, gait: &Gait, random: &mut ChaCha8Rng) -> Vec<f64> {
+        if self.treads {
+            return self.travelled.clone();
+        }
+        let shares = stride_shares(self.length() / gait.stride_length, gait.variation, random);
+        let whole: f64 = shares.iter().sum();
+        let mut distances = vec![0.0];
+        let mut walked = 0.0;
+        for share in shares {
+            walked += share;
+            distances.push(self.length() * walked / whole);
+        }
+        distances
+    }
+
+    /// The foot looks along the chord from a stride before the foothold to a stride after it, which rounds a bend.
+    fn foothold(&self, distance: f64, gait: &Gait) -> Foothold {
+        let chord = self.at(distance + gait.stride_length) - self.at(distance - gait.stride_length);
+        Foothold { position: self.at(distance), yaw: yaw(&chord) }
+    }
+}
+
+/// Divides the route at sharp corners and where stairs begin and end.
+fn runs(route: &Route, sharpest_curve: f64) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for leg in route.waypoints.windows(2) {
+        let way = leg[1].position - leg[0].position;
+        match runs.last_mut() {
+            Some(run) if run.treads == leg[1].tread && bend(&run.last_leg(), &way) <= sharpest_curve => {
+                run.push(leg[1].position);
+            }
+            _ => runs.push(Run::new(leg[0].position, &leg[1])),
+        }
+    }
+    runs
+}
+
+/// Relative lengths of the strides that fill a run of `strides` nominal strides.
+fn stride_shares(strides: f64, variation: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let inner = strides.round() - 1.0;
+    if inner < 0.0 {
+        return vec![1.0];
+    }
+    let mut shares = vec![HALF];
+    shares.extend((0_u32..).take_while(|&k| f64::from(k) < inner).map(|_| draw::factor(random, variation)));
+    shares.push(HALF);
+    shares
+}
+
+/// Adds the footholds in place that bring the last one into the direction of `next`, which stands on the same spot.
+fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_curve: f64) {
+    let Some(&last) = footholds.last() else {
+        footholds.push(*next);
+        return;
+    };
+    let turn = wrap(next.yaw - last.yaw);
+    if turn.abs() <= sharpest_curve {
+        return;
+    }
+    let pivots = (turn.abs() / WIDEST_PIVOT).ceil();
+    let pivot = |k: u32| Foothold { yaw: last.yaw + turn * f64::from(k) / pivots, ..last };
+    footholds.extend((1_u32..).take_while(|&k| f64::from(k) <= pivots).map(pivot));
+}
+
+/// Moves every foothold but the first and the last a little to the side and turns it a little.
+fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) {
+    let inner = footholds.len().saturating_sub(1);
+    for foothold in footholds.iter_mut().take(inner).skip(1) {
+        let (sin, cos) = foothold.yaw.sin_cos();
+        foothold.position += variation * SIDEWAYS_SCATTER * draw::moderate(random) * Vector3::new(-sin, cos, 0.0);
+        foothold.yaw += variation * YAW_SCATTER * draw::moderate(random);
+    }
+}
+
+/// Direction on the ground, rad, anticlockwise from n x.
+fn yaw(way: &Vector3<f64>) -> f64 {
+    way.y.atan2(way.x)
+}
+
+/// Change of direction on the ground between two legs, rad, without sign.
+fn bend(leg: &Vector3<f64>, next: &Vector3<f64>) -> f64 {
+    wrap(yaw(next) - yaw(leg)).abs()
+}
+
+/// The same angle between -π and π.
+pub(super) fn wrap(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planned(route: &Route, gait: &Gait) -> Vec<Foothold> {
+        plan(route, gait, &mut draw::stream(1, draw::Cause::Gait))
+    }
+
+    fn steady() -> Gait {
+        Gait { variation: 0.0, stride_length: 1.0, ..Gait::walk() }
+    }
+
+    #[test]
+    fn a_straight_way_is_two_half_strides_and_whole_ones_between() {
+        let way: Vec<f64> = planned(&Route::straight(4.0), &steady()).iter().map(|foothold| foothold.position.x).collect();
+        assert_eq!(way, [0.0, 0.5, 1.5, 2.5, 3.5, 4.0]);
+    }
+
+    #[test]
+    fn variation_leaves_the_ends_where_they_are() {
+        let gait = Gait { variation: 0.1, ..steady() };
+        let footholds = planned(&Route::straight(9.0), &gait);
+        let last = footholds[footholds.len() - 1];
+        assert!((last.position - Vector3::new(9.0, 0.0, 0.0)).norm() < 1e-12);
+        assert!(last.yaw.abs() < 1e-12);
+        assert!(footholds[1..footholds.len() - 1].iter().any(|foothold| foothold.position.y.abs() > 0.01));
+    }
+
+    #[test]
+    fn a_short_way_is_one_stride() {
+        assert_eq!(planned(&Route::straight(0.2), &steady()).len(), 2);
+    }
+
+    #[test]
+    fn an_about_turn_takes_two_strides_on_the_spot() {
+        let footholds = planned(&Route::out_and_back(3.0), &steady());
+        let there: Vec<_> = footholds.iter().filter(|foothold| (foothold.position.x - 3.0).abs() < 1e-12).collect();
+        assert_eq!(there.len(), 3);
+        assert!((there[1].yaw.abs() - PI / 2.0).abs() < 1e-12);
+        assert!((wrap(there[2].yaw - PI)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_gentle_corner_is_rounded_without_a_stop() {
+        let gait = Gait { sharpest_curve: 2.0, ..steady() };
+        let footholds = planned(&Route::rectangle(4.0, 4.0), &gait);
+        assert!(footholds.windows(2).all(|pair| (pair[1].position - pair[0].position).norm() > 0.2));
+        assert!(footholds.windows(2).any(|pair| (0.1..1.5).contains(&(pair[1].yaw - pair[0].yaw))));
+    }
+
+    #[test]
+    fn on_stairs_every_foothold_lies_on_a_tread() {
+        let footholds = planned(&Route::stairs(2, 8, 0.17, 0.28), &steady());
+        for foothold in &footholds {
+            let risers = foothold.position.z / 0.17;
+            assert!((risers - risers.round()).abs() < 1e-9, "{risers}");
+        }
+        assert!((footholds[footholds.len() - 1].position.z - 16.0 * 0.17).abs() < 1e-9);
+    }
+
+    #[test]
+    fn around_a_figure_of_eight_the_foot_keeps_turning() {
+        let footholds = planned(&Route::figure_of_eight(40.0), &steady());
+        let turned: f64 = footholds.windows(2).map(|pair| wrap(pair[1].yaw - pair[0].yaw).abs()).sum();
+        // The chords at the start and at the end reach over half a stride only, so a little of the two circles is missing.
+        assert!((turned - 2.0 * TAU).abs() < 0.8, "{turned}");
+    }
+}

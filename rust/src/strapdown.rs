@@ -1,0 +1,196 @@
+//! Strapdown mechanization: from increments of the inertial sensors to position, velocity and attitude.
+//!
+//! A sample is the mean over the interval that it ends, so that rate times interval is an increment.  A sample speaks for at most
+//! [`REACH`] nominal intervals; what lies before that, in a gap, is bridged with the mean of the samples on both sides.
+//!
+//! # References
+//! - P. G. Savage, "Strapdown Inertial Navigation Integration Algorithm Design", J. Guidance 21(1-2), 1998: coning eq. 52, sculling eq. 59 of parts 1 and 2, in the
+//!   form that pairs each increment with the one before it.
+//! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial Sensors": eq. 2 (trapezoidal position) and the two-sample update.
+//! - Wang, Liu, Sun, Cai, Cheng, Electronics 8(12):1405, 2019: eq. 1 (first-order form).
+
+mod inverse;
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::rotation;
+use crate::sample::ImuSample;
+
+/// Number of nominal intervals that one sample speaks for.
+pub const REACH: f64 = 1.5;
+
+/// How increments become attitude, velocity and position.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum MechanizationKind {
+    /// Coning and sculling compensated with the increments of two successive samples (Wu et al.).
+    #[default]
+    TwoSample,
+    /// Rate and specific force taken as constant over the interval; rotation compensated, coning and sculling not.
+    SingleSample,
+    /// C = C (I + ΩT), v += (C f + g) T, p += v T + (C f + g) T²/2 (Wang et al. 2019, eq. 1), the attitude made orthonormal again after each step.
+    FirstOrder,
+}
+
+/// Position, velocity and attitude at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NavState {
+    /// Stamp, s.
+    pub time: f64,
+    /// Position in n, m, from the start of the walk.
+    pub position: Vector3<f64>,
+    /// Velocity in n, m/s.
+    pub velocity: Vector3<f64>,
+    /// Rotation from the sensor frame b to n.
+    pub attitude: UnitQuaternion<f64>,
+}
+
+impl NavState {
+    /// At rest at the origin of n.
+    #[must_use]
+    pub fn at_rest(time: f64, attitude: UnitQuaternion<f64>) -> Self {
+        Self { time, position: Vector3::zeros(), velocity: Vector3::zeros(), attitude }
+    }
+
+    /// Whether every number is finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let sum = self.position.sum() + self.velocity.sum() + self.attitude.coords.sum();
+        sum.is_finite()
+    }
+}
+
+/// The sensor increments of one interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Increments {
+    /// Length of the interval, s.
+    pub dt: f64,
+    /// Integral of the angular rate in b, rad.
+    pub angle: Vector3<f64>,
+    /// Integral of the specific force in b, m/s.
+    pub velocity: Vector3<f64>,
+}
+
+impl Increments {
+    /// No interval at all.
+    pub(crate) const NONE: Self =
+        Self { dt: 0.0, angle: Vector3::new(0.0, 0.0, 0.0), velocity: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// The increments less what constant biases (rad/s, m/s²) contribute.
+    #[must_use]
+    #[inline]
+    pub fn without_bias(&self, gyro_bias: &Vector3<f64>, accel_bias: &Vector3<f64>) -> Self {
+        Self { dt: self.dt, angle: self.angle - self.dt * gyro_bias, velocity: self.velocity - self.dt * accel_bias }
+    }
+}
+
+/// What one step of the mechanization did, as the error model needs it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Length of the interval, s.
+    pub dt: f64,
+    /// Mean specific force over the interval in n, m/s².
+    pub specific_force: Vector3<f64>,
+    /// Attitude matrix `C_b^n` at the end of the interval.
+    pub attitude: Matrix3<f64>,
+}
+
+/// The mechanization with the Earth that it runs on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strapdown {
+    /// The form of the update.
+    pub kind: MechanizationKind,
+    /// Magnitude of gravity, m/s².
+    pub gravity: f64,
+    /// Rotation rate of the Earth in n, rad/s; zero when it is neglected.
+    pub earth_rate: Vector3<f64>,
+    /// Sample interval that the sensor promises, s.
+    pub nominal_interval: f64,
+}
+
+impl Strapdown {
+    /// The increments of the interval that ends with `current`.
+    #[must_use]
+    #[inline]
+    pub fn increments(&self, previous: &ImuSample, current: &ImuSample) -> Increments {
+        let dt = current.time - previous.time;
+        let bridged = (dt - REACH * self.nominal_interval).max(0.0);
+        let (before, own) = (0.5 * bridged, dt - 0.5 * bridged);
+        Increments {
+            dt,
+            angle: own * current.angular_rate + before * previous.angular_rate,
+            velocity: own * current.specific_force + before * previous.specific_force,
+        }
+    }
+
+    /// Advances `state` over the interval of `now`; `before` are the increments of the interval that ended where this one begins.
+    #[inline]
+    pub fn advance(&self, state: &mut NavState, before: &Increments, now: &Increments) -> Step {
+        let dt = now.dt;
+        let start = state.velocity;
+        let (attitude, specific_velocity) = match self.kind {
+            MechanizationKind::TwoSample => self.two_sample(&state.attitude, before, now),
+            MechanizationKind::SingleSample => self.single_sample(&state.attitude, now),
+            MechanizationKind::FirstOrder => first_order(&state.attitude, now),
+        };
+        let coriolis = 2.0 * self.earth_rate.cross(&start);
+        state.velocity += specific_velocity - dt * (coriolis + self.gravity * Vector3::z());
+        state.position += match self.kind {
+            MechanizationKind::FirstOrder => dt * (1.5 * state.velocity - 0.5 * start),
+            _ => 0.5 * dt * (start + state.velocity),
+        };
+        state.attitude = attitude;
+        state.time += dt;
+        let specific_force = if dt > 0.0 { specific_velocity / dt } else { Vector3::zeros() };
+        Step { dt, specific_force, attitude: attitude.to_rotation_matrix().into_inner() }
+    }
+
+    fn two_sample(
+        &self,
+        attitude: &UnitQuaternion<f64>,
+        before: &Increments,
+        now: &Increments,
+    ) -> (UnitQuaternion<f64>, Vector3<f64>) {
+        let (coning, sculling) = second_order(before, now);
+        let rotation_vector = now.angle + coning;
+        let specific_velocity = now.velocity + 0.5 * now.angle.cross(&now.velocity) + sculling;
+        (self.turn(attitude, &rotation_vector, now.dt), attitude * specific_velocity)
+    }
+
+    fn single_sample(&self, attitude: &UnitQuaternion<f64>, now: &Increments) -> (UnitQuaternion<f64>, Vector3<f64>) {
+        let specific_velocity = now.velocity + 0.5 * now.angle.cross(&now.velocity);
+        (self.turn(attitude, &now.angle, now.dt), attitude * specific_velocity)
+    }
+
+    fn turn(&self, attitude: &UnitQuaternion<f64>, rotation_vector: &Vector3<f64>, dt: f64) -> UnitQuaternion<f64> {
+        let turned = attitude * rotation::exp(rotation_vector);
+        let turned =
+            if self.earth_rate == Vector3::zeros() { turned } else { rotation::exp(&(-dt * self.earth_rate)) * turned };
+        rotation::renormalize(turned)
+    }
+}
+
+/// Coning (rad) and sculling (m/s) of the interval `now`, from rate and specific force that change linearly between the middles of the two intervals.
+///
+/// For equal intervals the weight is the textbook's 1/12.
+#[must_use]
+#[inline]
+pub(crate) fn second_order(before: &Increments, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+    if before.dt <= 0.0 {
+        return (Vector3::zeros(), Vector3::zeros());
+    }
+    let weight = now.dt * now.dt / (6.0 * before.dt * (before.dt + now.dt));
+    let coning = weight * before.angle.cross(&now.angle);
+    let sculling = weight * (before.angle.cross(&now.velocity) + before.velocity.cross(&now.angle));
+    (coning, sculling)
+}
+
+/// The rotation nearest to C (I + [θ×]) turns by atan |θ| about θ; the velocity turns with the matrix before it is made orthonormal, as published.
+fn first_order(attitude: &UnitQuaternion<f64>, now: &Increments) -> (UnitQuaternion<f64>, Vector3<f64>) {
+    let angle = now.angle.norm();
+    let nearest = if angle > 0.0 { now.angle * (angle.atan() / angle) } else { now.angle };
+    let turned = rotation::renormalize(attitude * rotation::exp(&nearest));
+    (turned, attitude * (now.velocity + now.angle.cross(&now.velocity)))
+}

@@ -1,0 +1,116 @@
+//! Solutions, column by column.
+
+use nalgebra::Vector3;
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::health::{Health, Reasons};
+use crate::navigator::{Navigator, Solution};
+use crate::sample::ImuSample;
+
+/// A run of solutions, one row per sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trajectory {
+    /// Stamps, s.
+    pub time: Vec<f64>,
+    /// Position in n, m.
+    pub position: Vec<[f64; 3]>,
+    /// Velocity in n, m/s.
+    pub velocity: Vec<[f64; 3]>,
+    /// Rotation from the sensor frame to n, scalar last.
+    pub quaternion: Vec<[f64; 4]>,
+    /// Whether the foot was at rest on the ground.
+    pub zero_velocity: Vec<bool>,
+    /// One-sigma position uncertainty in n, m.
+    pub position_std: Vec<[f64; 3]>,
+    /// Gyroscope bias, rad/s.
+    pub gyro_bias: Vec<[f64; 3]>,
+    /// Accelerometer bias, m/s².
+    pub accel_bias: Vec<[f64; 3]>,
+    /// What speaks against each row.
+    pub reasons: Vec<Reasons>,
+}
+
+impl Trajectory {
+    /// An empty trajectory with room for `rows`.
+    #[must_use]
+    pub fn with_capacity(rows: usize) -> Self {
+        Self {
+            time: Vec::with_capacity(rows),
+            position: Vec::with_capacity(rows),
+            velocity: Vec::with_capacity(rows),
+            quaternion: Vec::with_capacity(rows),
+            zero_velocity: Vec::with_capacity(rows),
+            position_std: Vec::with_capacity(rows),
+            gyro_bias: Vec::with_capacity(rows),
+            accel_bias: Vec::with_capacity(rows),
+            reasons: Vec::with_capacity(rows),
+        }
+    }
+
+    /// Appends one solution.
+    pub fn push(&mut self, solution: &Solution) {
+        let row = |v: &Vector3<f64>| [v.x, v.y, v.z];
+        let estimate = &solution.estimate;
+        let q = estimate.nav.attitude.coords;
+        self.time.push(estimate.nav.time);
+        self.position.push(row(&estimate.nav.position));
+        self.velocity.push(row(&estimate.nav.velocity));
+        self.quaternion.push([q.x, q.y, q.z, q.w]);
+        self.zero_velocity.push(solution.zero_velocity);
+        self.position_std.push(row(&solution.position_std));
+        self.gyro_bias.push(row(&estimate.gyro_bias));
+        self.accel_bias.push(row(&estimate.accel_bias));
+        self.reasons.push(solution.reasons);
+    }
+
+    /// Appends the rows of another trajectory.
+    pub fn append(&mut self, mut other: Self) {
+        self.time.append(&mut other.time);
+        self.position.append(&mut other.position);
+        self.velocity.append(&mut other.velocity);
+        self.quaternion.append(&mut other.quaternion);
+        self.zero_velocity.append(&mut other.zero_velocity);
+        self.position_std.append(&mut other.position_std);
+        self.gyro_bias.append(&mut other.gyro_bias);
+        self.accel_bias.append(&mut other.accel_bias);
+        self.reasons.append(&mut other.reasons);
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there is no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+}
+
+/// Tracks a whole recording: one row per sample, and the health at its end.
+///
+/// # Errors
+/// [`crate::error::ConfigError`] for a setting out of range, [`crate::error::DataError`] for samples that cannot be used or are too few,
+/// [`crate::error::NumericalError`] when the filter cannot go on.
+pub fn track(samples: &[ImuSample], config: &Config) -> Result<(Trajectory, Health), Error> {
+    let mut navigator = Navigator::new(config.clone(), sample_rate(samples))?;
+    let mut trajectory = navigator.push_block(samples)?;
+    trajectory.append(navigator.flush()?);
+    navigator.check_aligned()?;
+    Ok((trajectory, navigator.health()))
+}
+
+/// Samples per second: the inverse of the median of the intervals that are not zero; zero when there is none.
+#[must_use]
+pub fn sample_rate(samples: &[ImuSample]) -> f64 {
+    let mut intervals: Vec<f64> =
+        samples.windows(2).map(|pair| pair[1].time - pair[0].time).filter(|&interval| interval > 0.0).collect();
+    if intervals.is_empty() {
+        return 0.0;
+    }
+    let middle = intervals.len() / 2;
+    1.0 / *intervals.select_nth_unstable_by(middle, f64::total_cmp).1
+}
