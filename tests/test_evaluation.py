@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from footnav.errors import ConfigError, DataError, FootnavWarning
-from footnav.evaluation import evaluate, find_alignment, path_length
-from footnav.trajectory import Displacement, Trajectory
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
+
+from footnav.errors import ConfigError, DataError, FootnavWarning
+from footnav.evaluation import evaluate, find_alignment, path_length
+from footnav.trajectory import Displacement, Trajectory
 from test_trajectory import walk
 
 NUMBERS = ["armse", "euclidean_mean", "height_rms", "rmse_3d", "max", "distance", "percent_of_distance"]

@@ -15,13 +15,14 @@ import gpxpy
 import numpy as np
 import pyarrow.parquet
 import pytest
+from hypothesis import given, settings
+from hypothesis.extra.numpy import arrays
+from scipy.spatial.transform import Rotation
+
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
 from footnav.export import load_trajectory, save
 from footnav.export.atomic import replacing
 from footnav.trajectory import Trajectory
-from hypothesis import given, settings
-from hypothesis.extra.numpy import arrays
-from scipy.spatial.transform import Rotation
 from test_trajectory import COLUMNS, HEALTH, assert_same, walk
 
 ORIGIN = (43.66, -79.39, 100.0)

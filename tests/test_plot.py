@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+
 from footnav.errors import ConfigError, DataError, FootnavError
 from footnav.plot import overview, plot_detector, plot_height, plot_track, plot_velocity, save_overview
 from footnav.trajectory import Trajectory
-from matplotlib.figure import Figure
 from test_trajectory import REST, walk
 
 

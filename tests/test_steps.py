@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from footnav.evaluation import path_length
-from footnav.steps import LONGEST_BRIDGED_MOTION, SHORTEST_STANCE, SHORTEST_STRIDE, find_stances, find_steps
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+
+from footnav.evaluation import path_length
+from footnav.steps import LONGEST_BRIDGED_MOTION, SHORTEST_STANCE, SHORTEST_STRIDE, find_stances, find_steps
 from test_trajectory import places, walk
 
 LEVEL = [0.0, 0.0, 0.0, 1.0]

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from footnav.errors import ConfigError, DataError
 from footnav.health import Counters, Health, Reason, Status
 from footnav.trajectory import Displacement, Trajectory, check_origin
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 REST, SWING, STANCE = 2.0, 0.7, 0.5
 
@@ -233,10 +234,10 @@ def test_displacement_in_space() -> None:
 def test_reasons_are_described() -> None:
     """Each bit has its sentence, no bit has one too."""
     sentences = [reason.describe() for reason in Reason]
-    assert len(set(sentences)) == len(Reason) == 7
+    assert len(set(sentences)) == len(Reason) == 8
     assert (Reason.GAP | Reason.MOVING_START).describe() == f"{sentences[1]} {sentences[4]}"
     assert Reason(0).describe() not in sentences
-    assert "degraded" in str(HEALTH)
+    assert "DEGRADED" in str(HEALTH)
     assert "5,201 samples: 0 repeated, 2 gaps, 7 clipped" in str(HEALTH)
 
 

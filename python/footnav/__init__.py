@@ -31,6 +31,7 @@ from footnav.health import Health, Reason, Status
 from footnav.io import read
 from footnav.navigator import Navigator, State
 from footnav.recording import Recording
+from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
@@ -49,6 +50,7 @@ __all__ = [
     "Filter",
     "FootnavError",
     "FootnavWarning",
+    "Gait",
     "Health",
     "HealthLimits",
     "MagnitudeVariance",
@@ -58,15 +60,20 @@ __all__ = [
     "Output",
     "Reason",
     "Recording",
+    "Route",
     "Sensor",
+    "SensorErrors",
     "Shoe",
     "State",
     "Status",
     "Trajectory",
+    "TriadErrors",
+    "Waypoint",
     "detect",
     "diagnose",
     "evaluate",
     "load_config",
     "read",
+    "simulate",
     "track",
 ]

@@ -1,14 +1,15 @@
 """Settings of every stage, in the order in which a sample meets the stages.
 
-The Rust core owns the defaults and the ranges; the values shown here are the same ones.  Everything is SI; angles are in degrees where the name ends in ``_deg``.
+The Rust core owns the defaults and the ranges; the values here are the same ones.  Everything is SI; angles are in
+degrees where the name ends in ``_deg``.
 """
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, get_type_hints
 
 import msgspec
 
@@ -20,11 +21,6 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from footnav.recording import Recording
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 Vector: TypeAlias = tuple[float, float, float]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
@@ -103,9 +99,11 @@ class Alignment(Section, frozen=True, kw_only=True):
     duration : float
         Rest that is averaged at the most, s.
     levelling : {"arctangent", "arcsine"}
-        Form of the levelling equations; the arcsines of Wu et al., eq. 1, need a sensor mounted within 90 degrees of upright.
+        Form of the levelling equations; the arcsines of Wu et al., eq. 1, need a sensor mounted within 90 degrees of
+        upright.
     heading_deg : float, optional
-        Heading of `forward_axis` at the start, degrees clockwise from true north.  Without it n x is where that axis points.
+        Heading of `forward_axis` at the start, degrees clockwise from true north.  Without it n x is where that axis
+        points.
     magnetic_field : tuple of 3 floats, optional
         Magnetic field at the start in the sensor frame, any unit: gives the heading instead of `heading_deg`.
     declination_deg : float
@@ -155,7 +153,7 @@ class Mechanization(Section, frozen=True, kw_only=True):
 
 
 class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="adaptive-shoe"):
-    """SHOE with a threshold that follows the stride: stationary where the statistic is within a factor of its minimum around the sample.
+    """SHOE with a threshold that follows the stride: a factor above the statistic's minimum around the sample.
 
     Attributes
     ----------
@@ -213,11 +211,11 @@ class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", ta
     """
 
     window: float = 0.055
-    magnitude_gate: float = 0.6
+    magnitude_gate: float = 0.06
     variance_gate: float = 0.06
 
 
-Detector: TypeAlias = Union[AdaptiveShoe, Shoe, MagnitudeVariance]
+Detector: TypeAlias = AdaptiveShoe | Shoe | MagnitudeVariance
 
 
 class Filter(Section, frozen=True, kw_only=True):
@@ -226,7 +224,8 @@ class Filter(Section, frozen=True, kw_only=True):
     Attributes
     ----------
     specific_force_noise : float
-        Noise density of the specific force beyond the sensor's own, m/s²/√Hz: shock, bandwidth, scale and timing of a foot in motion.
+        Noise density of the specific force beyond the sensor's own, m/s²/√Hz: shock, bandwidth, scale and timing of a
+        foot in motion.
     angular_rate_noise : float
         Noise density of the angular rate beyond the sensor's own, rad/s/√Hz.
     clipped_noise_factor : float
@@ -234,7 +233,8 @@ class Filter(Section, frozen=True, kw_only=True):
     zero_velocity_std : float
         Standard deviation of a foot's velocity in stance, m/s.
     zero_velocity_lever : float
-        Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular rate.
+        Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular
+        rate.
     innovation_gate : float
         Squared Mahalanobis distance beyond which a zero velocity is rejected.
     rejection_limit : float
@@ -254,10 +254,10 @@ class Filter(Section, frozen=True, kw_only=True):
     clipped_noise_factor: float = 10.0
     zero_velocity_std: float = 0.01
     zero_velocity_lever: float = 0.03
-    innovation_gate: float = 100.0
+    innovation_gate: float = 1.0e3
     rejection_limit: float = 0.1
     zero_angular_rate: bool = True
-    zero_angular_rate_std: float = 0.01
+    zero_angular_rate_std: float = 0.02
     rest_rate: float = 0.05
     rest_duration: float = 0.5
 
@@ -403,21 +403,22 @@ def load_config(path: str | Path) -> Config:
     Raises
     ------
     ConfigError
-        The file cannot be read, is no TOML, has an unknown key (the message names the nearest known one), a value of the wrong type, or one out of range.
+        The file cannot be read, is no TOML, has an unknown key (the message names the nearest known one), a value of
+        the wrong type, or one out of range.
     """
     path = Path(path)
     try:
-        settings = tomllib.loads(path.read_text(encoding="utf-8"))
+        settings = msgspec.toml.decode(path.read_bytes(), type=dict[str, Any])
         _refuse_unknown(Config, settings, "")
         return msgspec.convert(settings, Config)
     except OSError as error:
         msg = f"{path}: {error.strerror or error}"
         raise ConfigError(msg) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f"{path}: not a TOML file: {error}"
-        raise ConfigError(msg) from error
     except msgspec.ValidationError as error:
         raise ConfigError(f"{path}: {_readable(error)}") from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        msg = f"{path}: not a TOML file: {error}"
+        raise ConfigError(msg) from error
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
 
@@ -438,29 +439,32 @@ def _without_none(value: Any) -> Any:
 def _refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], prefix: str) -> None:
     """Raise for the first key that `section` does not have, naming the nearest one that it has."""
     types = get_type_hints(section)
+    tag_field = section.__struct_config__.tag_field
     for key, value in settings.items():
+        if key == tag_field:
+            continue
         if key not in section.__struct_fields__:
-            raise ConfigError(_unknown(prefix + key, list(section.__struct_fields__)))
+            raise ConfigError(_unknown(prefix + key, section.__struct_fields__))
         if isinstance(value, dict):
-            inner = _section_for(types[key], value, prefix + key)
-            _refuse_unknown(inner, {k: v for k, v in value.items() if k != "kind" or inner is Mechanization}, f"{prefix}{key}.")
+            _refuse_unknown(_section_for(types[key], value, prefix + key), value, f"{prefix}{key}.")
 
 
 def _section_for(declared: Any, settings: dict[str, Any], name: str) -> type[msgspec.Struct]:
     """Return the section that a table of settings is for, by its `kind` where several are possible."""
-    choices = {choice.__struct_config__.tag: choice for choice in get_args(declared)}
+    choices: dict[Any, type[msgspec.Struct]] = {choice.__struct_config__.tag: choice for choice in get_args(declared)}
+    kind = settings.get("kind")
     if not choices:
         return declared if isinstance(declared, type) and issubclass(declared, msgspec.Struct) else Section
-    kind = settings.get("kind", AdaptiveShoe.__struct_config__.tag)
     if kind not in choices:
-        raise ConfigError(f"{name}.kind = {kind!r}: the known ones are {', '.join(choices)}{_hint(str(kind), list(choices))}")
+        known = [str(tag) for tag in choices]
+        raise ConfigError(f"{name}.kind = {kind!r}: the known ones are {', '.join(known)}{_hint(str(kind), known)}")
     return choices[kind]
 
 
-def _unknown(key: str, known: list[str]) -> str:
+def _unknown(key: str, known: tuple[str, ...]) -> str:
     return f"unknown setting {key!r}: known here are {', '.join(known)}{_hint(key.rpartition('.')[2], known)}"
 
 
-def _hint(word: str, known: list[str]) -> str:
+def _hint(word: str, known: Sequence[str]) -> str:
     nearest = get_close_matches(word, known, n=1)
     return f"; did you mean {nearest[0]!r}?" if nearest else ""

@@ -49,7 +49,8 @@ def detect(recording: Recording, detector: Detector | Config | str | None = None
     recording : Recording
         The samples.
     detector : AdaptiveShoe, Shoe, MagnitudeVariance, Config or str, optional
-        The detector's settings, a configuration that holds them, or the kind of a detector with its default settings.  Default: the detector of ``Config()``.
+        The detector's settings, a configuration that holds them, or the kind of a detector with its default settings.
+        Default: the detector of ``Config()``.
 
     Returns
     -------

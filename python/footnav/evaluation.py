@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.trajectory import Displacement, Trajectory
-from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Truth = Trajectory | ArrayLike | tuple[ArrayLike, ArrayLike]

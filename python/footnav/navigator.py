@@ -39,10 +39,11 @@ class State:
 
 
 class Navigator(_core.Navigator):
-    """Follows one foot, sample by sample, with the same numbers as :func:`footnav.track`, to the bit, however the samples are cut into blocks.
+    """Follows one foot, sample by sample.
 
-    A state comes out `latency` samples after its sample went in, because the detector looks ahead; :meth:`now` carries it forward to the newest sample.
-    While the start is aligned the states stay at the origin and `health` says so.
+    The numbers are those of :func:`footnav.track`, to the bit, however the samples are cut into blocks.  A state comes
+    out `latency` samples after its sample went in, because the detector looks ahead; :meth:`now` carries it forward to
+    the newest sample.  While the start is aligned the states stay at the origin and `health` says so.
 
     Parameters
     ----------
@@ -66,7 +67,8 @@ class Navigator(_core.Navigator):
     gyro_bias, accel_bias : ndarray of shape (3,) or None
         In the sensor frame, rad/s and m/s².
     covariance : ndarray of shape (15, 15) or None
-        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias (b); None while the start is aligned.
+        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias (b), in this order;
+        None while the start is aligned.
 
     Raises
     ------
@@ -126,7 +128,7 @@ class Navigator(_core.Navigator):
         return self._trajectory(self.flush_columns())
 
     def now(self) -> State | None:
-        """Return the state at the newest sample: the newest state that came out, carried forward by the strapdown alone.
+        """Return the state at the newest sample: the newest that came out, carried forward by the strapdown alone.
 
         Returns
         -------
@@ -150,7 +152,9 @@ class Navigator(_core.Navigator):
         )
 
     def _trajectory(self, columns: dict[str, Any]) -> Trajectory:
-        return Trajectory(**columns, health=self.health, origin=self.config.output.origin, frame=self.config.output.frame)
+        return Trajectory(
+            **columns, health=self.health, origin=self.config.output.origin, frame=self.config.output.frame
+        )
 
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from footnav.errors import ConfigError, DataError
 from footnav.evaluation import Truth, find_alignment, true_positions
 from footnav.export.atomic import replacing
 from footnav.export.library import require
 from footnav.steps import find_stances
 from footnav.trajectory import Trajectory
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -23,7 +23,9 @@ BLOCK = 100_000
 """Samples between two looks at the keyboard and two reports of progress."""
 
 
-def track(recording: Recording, config: Config | None = None, *, progress: Callable[[float], None] | None = None) -> Trajectory:
+def track(
+    recording: Recording, config: Config | None = None, *, progress: Callable[[float], None] | None = None
+) -> Trajectory:
     """Track a whole recording.
 
     Parameters
@@ -88,14 +90,14 @@ def _over_the_whole_walk(trajectory: Trajectory) -> Health:
 
 
 def _warn(name: str, health: Health) -> None:
-    counters = health.counters
-    found = [
-        f"{counters.repeated:,} samples repeat the stamp of the one before" if counters.repeated else "",
-        f"samples are missing in {counters.gaps:,} places" if counters.gaps else "",
-        f"{counters.clipped:,} samples are clipped at full scale: choose a wider range" if counters.clipped else "",
-        "the recording starts in motion: keep the foot still for a second first" if Reason.MOVING_START in health.reasons else "",
-        "the foot was not seen at rest for too long" if Reason.NO_ZERO_VELOCITY in health.reasons else "",
-    ]
-    sentences = "; ".join(filter(None, found))
+    counters, reasons = health.counters, health.reasons
+    findings = {
+        f"{counters.repeated:,} samples repeat the stamp of the one before": counters.repeated,
+        f"samples are missing in {counters.gaps:,} places": counters.gaps,
+        f"{counters.clipped:,} samples are clipped at full scale: choose a wider range": counters.clipped,
+        "the recording starts in motion: keep the foot still for a second first": Reason.MOVING_START in reasons,
+        "the foot was not seen at rest for too long": Reason.NO_ZERO_VELOCITY in reasons,
+    }
+    sentences = "; ".join(sentence for sentence, found in findings.items() if found)
     if sentences:
         warnings.warn(f"{name}: {sentences}" if name else sentences, FootnavWarning, stacklevel=3)

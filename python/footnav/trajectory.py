@@ -7,10 +7,11 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from footnav.errors import ConfigError, DataError
 from footnav.health import Health
 from footnav.steps import Steps, find_stances, find_steps
-from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Origin = tuple[float, float, float]

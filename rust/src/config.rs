@@ -260,7 +260,7 @@ pub struct MagnitudeVarianceConfig {
 
 impl Default for MagnitudeVarianceConfig {
     fn default() -> Self {
-        Self { window: 0.055, magnitude_gate: 0.6, variance_gate: 0.06 }
+        Self { window: 0.055, magnitude_gate: 0.06, variance_gate: 0.06 }
     }
 }
 
@@ -300,10 +300,10 @@ impl Default for FilterConfig {
             clipped_noise_factor: 10.0,
             zero_velocity_std: 0.01,
             zero_velocity_lever: 0.03,
-            innovation_gate: 100.0,
+            innovation_gate: 1.0e3,
             rejection_limit: 0.1,
             zero_angular_rate: true,
-            zero_angular_rate_std: 0.01,
+            zero_angular_rate_std: 0.02,
             rest_rate: 0.05,
             rest_duration: 0.5,
         }

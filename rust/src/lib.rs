@@ -15,7 +15,7 @@ pub mod navigator;
 mod python;
 pub mod rotation;
 pub mod sample;
-//SIM pub mod simulation;
+pub mod simulation;
 pub mod strapdown;
 pub mod trajectory;
 

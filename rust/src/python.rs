@@ -3,12 +3,15 @@
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::config::{Config, PRESETS};
 use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::sample::ImuSample;
 
 mod navigator;
+mod simulation;
 
 pyo3::import_exception!(footnav.errors, ConfigError);
 pyo3::import_exception!(footnav.errors, DataError);
@@ -42,6 +45,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::gait_preset, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::sensor_preset, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::route, module)?)?;
     Ok(())
 }
 
@@ -66,13 +73,13 @@ fn preset_names() -> Vec<&'static str> {
 /// Raises `ConfigError` for settings that make no sense.
 #[pyfunction]
 fn check_config(config: &[u8]) -> PyResult<()> {
-    Ok(from_json(config)?.validate()?)
+    Ok(from_json::<Config>(config)?.validate()?)
 }
 
 /// Gravity (m/s²) that the settings amount to.
 #[pyfunction]
 fn gravity(config: &[u8]) -> PyResult<f64> {
-    Ok(from_json(config)?.gravity())
+    Ok(from_json::<Config>(config)?.gravity())
 }
 
 /// Statistic, threshold and decision of the configured detector for each sample.
@@ -85,7 +92,7 @@ fn detect<'py>(
     accel: PyReadonlyArray2<'py, f64>,
     gyro: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let config = from_json(config)?;
+    let config: Config = from_json(config)?;
     config.validate()?;
     let samples = rows(&(t, accel, gyro))?;
     let decisions = py.detach(|| crate::detector::decide_all(&config, rate_hz, &samples));
@@ -96,11 +103,11 @@ fn detect<'py>(
     Ok(columns)
 }
 
-fn to_json(config: &Config) -> PyResult<String> {
-    serde_json::to_string(config).map_err(|error| ConfigError::new_err(error.to_string()))
+fn to_json(settings: &impl Serialize) -> PyResult<String> {
+    serde_json::to_string(settings).map_err(|error| ConfigError::new_err(error.to_string()))
 }
 
-fn from_json(text: &[u8]) -> PyResult<Config> {
+fn from_json<T: DeserializeOwned>(text: &[u8]) -> PyResult<T> {
     let mut json = serde_json::Deserializer::from_slice(text);
     serde_path_to_error::deserialize(&mut json)
         .map_err(|error| ConfigError::new_err(format!("{}: {}", error.path(), error.inner())))

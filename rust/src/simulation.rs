@@ -147,9 +147,8 @@ impl<'a> Tracer<'a> {
     }
 
     fn first(&mut self, aim: &NavState) -> (ImuSample, NavState, f64) {
-        let none = Increments { dt: 0.0, angle: Vector3::zeros(), velocity: Vector3::zeros() };
         let dt = self.strapdown.nominal_interval;
-        let sample = mean(&self.strapdown.inverse(&none, &self.reached, aim), aim.time);
+        let sample = mean(&self.strapdown.inverse(&Increments::NONE, &self.reached, aim), aim.time);
         let before = Increments { dt, angle: dt * sample.angular_rate, velocity: dt * sample.specific_force };
         self.reached = *aim;
         self.previous = Some((sample, before));

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+
 from footnav.errors import DataError
 from footnav.health import Counters, Health, Reason, Status
 from footnav.trajectory import Trajectory

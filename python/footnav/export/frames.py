@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from footnav.trajectory import Trajectory, check_frame
 from numpy.typing import NDArray
+
+from footnav.trajectory import Trajectory, check_frame
 
 Floats = NDArray[np.float64]
 

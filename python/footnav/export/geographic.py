@@ -4,10 +4,11 @@ import warnings
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+
 from footnav.errors import DataError, FootnavWarning
 from footnav.export.library import require
 from footnav.trajectory import Origin, Trajectory, check_origin
-from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 

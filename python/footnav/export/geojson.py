@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, BinaryIO
 
 import numpy as np
+
 from footnav.export.geographic import geodetic
 from footnav.steps import find_stances
 from footnav.trajectory import Summary, Trajectory

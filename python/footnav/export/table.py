@@ -6,10 +6,11 @@ from collections.abc import Iterable
 from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
+
 from footnav.export.frames import states_in
 from footnav.export.library import require
 from footnav.trajectory import Trajectory
-from numpy.typing import NDArray
 
 _AXES = {"enu": "xyz", "ned": "ned"}
 

@@ -181,7 +181,8 @@ mod tests {
 
     #[test]
     fn a_straight_way_is_two_half_strides_and_whole_ones_between() {
-        let way: Vec<f64> = planned(&Route::straight(4.0), &steady()).iter().map(|foothold| foothold.position.x).collect();
+        let way: Vec<f64> =
+            planned(&Route::straight(4.0), &steady()).iter().map(|foothold| foothold.position.x).collect();
         assert_eq!(way, [0.0, 0.5, 1.5, 2.5, 3.5, 4.0]);
     }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::limits;
 use crate::error::ConfigError;
 
-/// The gait of the foot that carries the sensor.
+/// The gait of the foot that carries the sensor, a left one.
 ///
 /// The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole below the sensor.  The default is a walking person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,8 +61,8 @@ impl Gait {
             stride_length: 1.35,
             stride_duration: 1.08,
             stance_share: 0.6,
-            swing_clearance: 0.03,
-            heel_off_pitch: -1.1,
+            swing_clearance: 0.04,
+            heel_off_pitch: -1.05,
             heel_strike_pitch: 0.35,
             impact: 18.0,
             stance_roll: 0.03,
@@ -98,6 +98,7 @@ impl Gait {
             stride_duration: 0.74,
             stance_share: 0.35,
             swing_clearance: 0.1,
+            heel_off_pitch: -0.85,
             heel_strike_pitch: 0.1,
             impact: 35.0,
             stance_roll: 0.04,

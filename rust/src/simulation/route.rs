@@ -68,13 +68,7 @@ impl Route {
     /// Once around a rectangle of `length` along x and `width` along y (m), anticlockwise, back to the start.
     #[must_use]
     pub fn rectangle(length: f64, width: f64) -> Self {
-        Self::from_waypoints(&[
-            [0.0; 3],
-            [length, 0.0, 0.0],
-            [length, width, 0.0],
-            [0.0, width, 0.0],
-            [0.0; 3],
-        ])
+        Self::from_waypoints(&[[0.0; 3], [length, 0.0, 0.0], [length, width, 0.0], [0.0, width, 0.0], [0.0; 3]])
     }
 
     /// Along x for `length` (m), about turn, and back to the start.
@@ -207,7 +201,9 @@ mod tests {
 
     #[test]
     fn closed_routes_end_where_they_begin() {
-        for route in [Route::square(5.0), Route::rectangle(4.0, 3.0), Route::out_and_back(6.0), Route::figure_of_eight(50.0)] {
+        for route in
+            [Route::square(5.0), Route::rectangle(4.0, 3.0), Route::out_and_back(6.0), Route::figure_of_eight(50.0)]
+        {
             let end = route.waypoints[route.waypoints.len() - 1].position;
             assert!(end.norm() < 1e-12);
         }

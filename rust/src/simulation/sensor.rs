@@ -2,8 +2,8 @@
 //!
 //! # References
 //! - `InvenSense`, "MPU-6000 and MPU-6050 Product Specification", PS-MPU-6000A-00, rev. 3.4, 2013: sections 6.1 and 6.2.
-//! - Xsens, "MTi 10-series and MTi 100-series User Manual", MT0605P: sensor specifications.
-//! - Sensonor, "STIM300 Inertia Measurement Unit" datasheet, TS1524: tables of gyro and accelerometer specifications.
+//! - Xsens, "`MTi` 10-series and `MTi` 100-series User Manual", MT0605P: sensor specifications.
+//! - Sensonor, "STIM300 Inertia Measurement Unit" datasheet, TS1524, rev. 9: functional specifications.
 
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -21,6 +21,9 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const DEGREE_PER_HOUR: f64 = DEGREE / 3600.0;
 /// Square root of an hour, sqrt(s).
 const ROOT_HOUR: f64 = 60.0;
+/// Square roots of the times in which a bias walks as far as its instability, sqrt(s).
+const ROOT_TEN_MINUTES: f64 = 24.494_897_427_831_78;
+const ROOT_HUNDRED_SECONDS: f64 = 10.0;
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// Errors of three orthogonal axes; the unit u is m/s² or rad/s.
@@ -120,16 +123,16 @@ impl SensorErrors {
         }
     }
 
-    /// Xsens MTi-G-710, factory calibrated, at 200 m/s² and 450 deg/s, with readings as real numbers.
+    /// Xsens `MTi-G-710`, factory calibrated, at 200 m/s² and 450 deg/s, with readings as real numbers.
     ///
-    /// Bias repeatability, noise densities, 0.05 deg of misalignment and g-sensitivity are from the manual; the random walk reaches the in-run stability
-    /// (10 deg/h; 40 ug) in about 100 s.
+    /// Bias repeatability, noise densities, 0.05 deg of misalignment and g-sensitivity are from the manual of the first series; the random walk reaches the
+    /// in-run stability (10 deg/h; 40 ug) in 100 s.  The scale error is that of a careful calibration, the manual gives none.
     #[must_use]
     pub fn mti_g710() -> Self {
         Self {
             accel: TriadErrors {
                 bias_std: 0.03,
-                bias_walk: 40e-6 * G / 10.0,
+                bias_walk: 40e-6 * G / ROOT_HUNDRED_SECONDS,
                 noise_density: 80e-6 * G,
                 scale_std: 3e-4,
                 misalignment_std: 0.05 * DEGREE,
@@ -138,7 +141,7 @@ impl SensorErrors {
             },
             gyro: TriadErrors {
                 bias_std: 0.2 * DEGREE,
-                bias_walk: 10.0 * DEGREE_PER_HOUR / 10.0,
+                bias_walk: 10.0 * DEGREE_PER_HOUR / ROOT_HUNDRED_SECONDS,
                 noise_density: 0.01 * DEGREE,
                 scale_std: 3e-4,
                 misalignment_std: 0.05 * DEGREE,
@@ -152,25 +155,25 @@ impl SensorErrors {
 
     /// Sensonor STIM300 with the 10 g accelerometers, at 400 deg/s.
     ///
-    /// Angular random walk 0.15 deg/sqrt(h) and bias instability 0.5 deg/h, velocity random walk 0.07 m/s/sqrt(h) and 0.05 mg, scale 500 and 200 ppm,
-    /// misalignment 1 mrad, 7 deg/h/g, and the output's least significant bits are from the data sheet; the random walk reaches the bias instability in
-    /// about 600 s.
+    /// Angular random walk 0.15 deg/sqrt(h) and bias instability 0.5 deg/h, velocity random walk 0.06 m/s/sqrt(h) and 0.05 mg, bias 5 deg/h over temperature
+    /// and 0.75 mg from switch-on to switch-on, scale 500 and 300 ppm, misalignment 1 mrad, 1 deg/h/g, and the output's least significant bits are from the
+    /// data sheet; the random walk reaches the bias instability in 10 minutes.
     #[must_use]
     pub fn stim300() -> Self {
         Self {
             accel: TriadErrors {
-                bias_std: 2e-3 * G,
-                bias_walk: 0.05e-3 * G / 24.5,
-                noise_density: 0.07 / ROOT_HOUR,
-                scale_std: 200e-6,
+                bias_std: 0.75e-3 * G,
+                bias_walk: 0.05e-3 * G / ROOT_TEN_MINUTES,
+                noise_density: 0.06 / ROOT_HOUR,
+                scale_std: 300e-6,
                 misalignment_std: 1e-3,
                 range: Some(10.0 * G),
                 resolution: G / 524_288.0,
                 ..TriadErrors::default()
             },
             gyro: TriadErrors {
-                bias_std: 4.0 * DEGREE_PER_HOUR,
-                bias_walk: 0.5 * DEGREE_PER_HOUR / 24.5,
+                bias_std: 5.0 * DEGREE_PER_HOUR,
+                bias_walk: 0.5 * DEGREE_PER_HOUR / ROOT_TEN_MINUTES,
                 noise_density: 0.15 * DEGREE / ROOT_HOUR,
                 scale_std: 500e-6,
                 misalignment_std: 1e-3,
@@ -178,7 +181,7 @@ impl SensorErrors {
                 resolution: DEGREE / 16_384.0,
                 ..TriadErrors::default()
             },
-            gyro_g_sensitivity_std: 7.0 * DEGREE_PER_HOUR / G,
+            gyro_g_sensitivity_std: DEGREE_PER_HOUR / G,
         }
     }
 

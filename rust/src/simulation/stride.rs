@@ -3,6 +3,8 @@
 //! The sole rolls about the ball until toe-off, swings to the next foothold, strikes with the heel, rolls flat about it, and stands.  The point about which
 //! it turns travels from ball to heel in the swing and back while the foot stands flat; every angle and every way is a sum of smooth ramps.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
@@ -76,6 +78,18 @@ struct Angles {
     roll: Timed,
 }
 
+/// How far the movements of a stride have come, from 0 to 1, and the oscillation after heel strike forwards, sideways and up, m.
+#[derive(Clone, Copy, Debug)]
+struct Progress {
+    push: Timed,
+    recovery: Timed,
+    swing: Timed,
+    air: Timed,
+    loading: Timed,
+    rolling: Timed,
+    ring: [Timed; 3],
+}
+
 /// When the parts of a stride begin, s.
 #[derive(Clone, Copy, Debug)]
 struct Phases {
@@ -134,88 +148,79 @@ impl Stride {
 
     /// The foot at `time` (s), with the trembling of its three angles (rad) on top; before and after the stride it stands on its footholds.
     pub(super) fn at(&self, time: f64, trembling: &[Timed; 3]) -> FootState {
-        let angles = self.angles(time, trembling);
-        let (attitude, rate) = orient(&angles);
-        let pivot = self.pivot(time);
-        let (base, base_rate) = self.pivot_on_the_ground(time, pivot);
-        let arm = attitude * (self.sensor - pivot.value * Vector3::x());
-        let arm_rate = rate.cross(&arm) - pivot.rate * (attitude * Vector3::x());
-        FootState { position: base + arm, velocity: base_rate + arm_rate, attitude }
+        let progress = self.progress(time);
+        let (attitude, rate) = orient(&self.angles(&progress, trembling));
+        let pivot = Timed::constant(BALL) + (progress.swing - progress.rolling) * (HEEL - BALL);
+        let (base, base_rate) = self.pivot_in_space(&progress, pivot);
+        let toes = attitude * Vector3::x();
+        let arm = attitude * self.sensor - pivot.value * toes;
+        FootState { position: base + arm, velocity: base_rate + rate.cross(&arm) - pivot.rate * toes, attitude }
     }
 
-    fn angles(&self, time: f64, trembling: &[Timed; 3]) -> Angles {
-        let (phases, extent) = (&self.phases, &self.extent);
-        let (loading, rolling) = (phases.loading().at(time), phases.rolling().at(time));
-        let recovery = phases.recovery().at(time);
-        let heel_rise = (phases.push().at(time) - recovery) * extent.heel_off_pitch;
-        let air = self.air(time);
-        let shaking = |axis: usize| {
-            let wavering = Timed::constant(1.0) + air * WAVER_IN_SWING;
-            trembling[axis] * wavering + self.ring(time, axis) * RING_TURN
-        };
-        let left_over = PITCH_PER_ROLL * extent.stance_roll;
-        let turn = footing::wrap(self.to.yaw - self.from.yaw);
-        Angles {
-            yaw: Timed::constant(self.from.yaw)
-                + phases.swing().at(time) * turn
-                + air * extent.toe_out
-                + heel_rise * YAW_PER_HEEL_RISE
-                + shaking(1),
-            pitch: heel_rise
-                + (recovery - loading) * extent.heel_strike_pitch
-                + (loading - rolling) * left_over
-                + shaking(2),
-            roll: air * extent.inversion
-                + heel_rise * ROLL_PER_HEEL_RISE
-                + (loading - rolling) * extent.stance_roll
-                + shaking(0),
+    fn progress(&self, time: f64) -> Progress {
+        let phases = &self.phases;
+        let rolling = phases.rolling().at(time);
+        Progress {
+            push: phases.push().at(time),
+            recovery: phases.recovery().at(time),
+            swing: phases.swing().at(time),
+            air: phases.rise().at(time) - phases.fall().at(time),
+            loading: phases.loading().at(time),
+            rolling,
+            ring: self.ring(time - phases.strike, Timed::constant(1.0) - rolling),
         }
     }
 
-    /// From 0 on the ground to 1 in mid-swing.
-    fn air(&self, time: f64) -> Timed {
-        self.phases.rise().at(time) - self.phases.fall().at(time)
+    fn angles(&self, progress: &Progress, trembling: &[Timed; 3]) -> Angles {
+        let extent = &self.extent;
+        let Progress { air, recovery, loading, .. } = *progress;
+        let heel_rise = (progress.push - recovery) * extent.heel_off_pitch;
+        let inward = (loading - progress.rolling) * extent.stance_roll;
+        let wavering = Timed::constant(1.0) + air * WAVER_IN_SWING;
+        let shaking = |axis: usize| trembling[axis] * wavering + progress.ring[axis] * RING_TURN;
+        let turn = footing::wrap(self.to.yaw - self.from.yaw);
+        Angles {
+            yaw: Timed::constant(self.from.yaw)
+                + progress.swing * turn
+                + air * extent.toe_out
+                + heel_rise * YAW_PER_HEEL_RISE
+                + shaking(1),
+            pitch: heel_rise + (recovery - loading) * extent.heel_strike_pitch + inward * PITCH_PER_ROLL + shaking(2),
+            roll: air * extent.inversion + heel_rise * ROLL_PER_HEEL_RISE + inward + shaking(0),
+        }
     }
 
-    /// Where along the foot the point is about which it turns, m.
-    fn pivot(&self, time: f64) -> Timed {
-        let to_heel = self.phases.swing().at(time) - self.phases.rolling().at(time);
-        Timed::constant(BALL) + to_heel * (HEEL - BALL)
-    }
-
-    /// Position (m) and velocity (m/s) of that point: on the old foothold, in the air, on the new one.
-    fn pivot_on_the_ground(&self, time: f64, pivot: Timed) -> (Vector3<f64>, Vector3<f64>) {
-        let swing = self.phases.swing().at(time);
-        let air = self.air(time);
+    /// Position (m) and velocity (m/s) of the point about which the foot turns, which is `pivot` (m) along the foot: on the old foothold, in the air, on
+    /// the new one.
+    fn pivot_in_space(&self, progress: &Progress, pivot: Timed) -> (Vector3<f64>, Vector3<f64>) {
         let (old, new) = (toes(&self.from), toes(&self.to));
         let left = Vector3::z().cross(&new);
         let ways = [
             (self.from.position, Timed::constant(1.0)),
             (old, pivot),
-            (self.to.position - self.from.position, swing),
-            (new - old, swing * pivot),
-            (self.extent.lift * Vector3::z(), air),
-            (self.extent.circumduction * left, air),
-            (new, self.ring(time, 0)),
-            (left, self.ring(time, 1)),
-            (Vector3::z(), self.ring(time, 2)),
+            (self.to.position - self.from.position, progress.swing),
+            (new - old, progress.swing * pivot),
+            (self.extent.lift * Vector3::z() + self.extent.circumduction * left, progress.air),
+            (new, progress.ring[0]),
+            (left, progress.ring[1]),
+            (Vector3::z(), progress.ring[2]),
         ];
         let position = ways.iter().map(|(way, share)| way * share.value).sum();
         (position, ways.iter().map(|(way, share)| way * share.rate).sum())
     }
 
-    /// The oscillation after heel strike along one axis, m; it sets in without a jump of the acceleration and is over when the heel leaves the ground.
-    fn ring(&self, time: f64, axis: usize) -> Timed {
-        let since = time - self.phases.strike;
-        if since <= 0.0 {
-            return Timed::ZERO;
+    /// The oscillation `since` heel strike (s) forwards, sideways and up, m; it sets in without a jump of the acceleration and fades as the foot rolls.
+    fn ring(&self, since: f64, fading: Timed) -> [Timed; 3] {
+        if since <= 0.0 || fading == Timed::ZERO {
+            return [Timed::ZERO; 3];
         }
-        let frequency = std::f64::consts::TAU * RING_FREQUENCY[axis];
-        let amplitude = self.extent.impact[axis] / (RING_PEAK * frequency * frequency);
         let x = Timed { value: since, rate: 1.0 } * (1.0 / RING_DECAY);
-        let wave = Timed { value: frequency * since, rate: frequency }.sin();
-        let fading = Timed::constant(1.0) - self.phases.rolling().at(time);
-        x * x * (x * -1.0).exp() * wave * fading * amplitude
+        let envelope = x * x * (x * -1.0).exp() * fading;
+        std::array::from_fn(|axis| {
+            let frequency = TAU * RING_FREQUENCY[axis];
+            let amplitude = self.extent.impact[axis] / (RING_PEAK * frequency * frequency);
+            envelope * Timed { value: frequency * since, rate: frequency }.sin() * amplitude
+        })
     }
 }
 
@@ -340,7 +345,9 @@ mod tests {
     fn nothing_jumps() {
         let step = 1e-5;
         let stride = stride(&Gait::run());
-        for time in [stride.phases.heel_off, stride.phases.toe_off, stride.phases.strike, stride.phases.flat, stride.end()] {
+        for time in
+            [stride.phases.heel_off, stride.phases.toe_off, stride.phases.strike, stride.phases.flat, stride.end()]
+        {
             let (before, after) = (stride.at(time - step, &STILL), stride.at(time + step, &STILL));
             assert!((before.position - after.position).norm() < 1e-4);
             assert!((before.velocity - after.velocity).norm() < 3e-3);

@@ -1,0 +1,72 @@
+"""The command line: one module a command.
+
+Exit status: 0 done, 1 the data or the run failed, 2 the command or the settings that it names are wrong.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError, Parameter
+
+from footnav import __version__
+from footnav.cli.console import complain
+from footnav.cli.demo import demonstrate
+from footnav.cli.info import inform
+from footnav.cli.simulate import simulate_walk
+from footnav.cli.track import track_files
+from footnav.errors import ConfigError, FootnavError
+
+FAILED, MISUSED, INTERRUPTED = 1, 2, 130
+
+app = App(
+    name="footnav",
+    help="Foot-mounted inertial navigation: from the IMU on a shoe to the wearer's track.",
+    version=f"footnav {__version__}",
+    help_format="markdown",
+    default_parameter=Parameter(negative=""),
+)
+app.command(demonstrate, name="demo", usage="Usage: footnav demo [OPTIONS]")
+app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTIONS]")
+app.command(simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]")
+app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows the program's name; that of the process unless given.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    try:
+        return _run(sys.argv[1:] if arguments is None else arguments)
+    except CycloptsError as error:
+        complain(f"{error} See: {' '.join(('footnav', *(error.command_chain or ())))} --help")
+        return MISUSED
+    except ConfigError as error:
+        complain(error)
+        return MISUSED
+    except FootnavError as error:
+        complain(error)
+        return FAILED
+    except BrokenPipeError:
+        # The reader of a pipe, such as `head`, has seen enough; without this the interpreter complains as it exits.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except KeyboardInterrupt:
+        complain("interrupted")
+        return INTERRUPTED
+
+
+def _run(arguments: Sequence[str]) -> int:
+    command, bound, _ = app.parse_args(arguments, exit_on_error=False, print_error=False)
+    status: int | None = command(*bound.args, **bound.kwargs)
+    sys.stdout.flush()
+    return status or 0

@@ -1,0 +1,59 @@
+"""`footnav demo`."""
+
+import time
+from pathlib import Path
+
+from footnav.cli.console import attending, make_folder, print_table
+from footnav.cli.report import as_text, judge
+from footnav.config import Config
+from footnav.evaluation import evaluate
+from footnav.export.atomic import replacing
+from footnav.export.library import require
+from footnav.export.recording import save_recording
+from footnav.plot import save_overview
+from footnav.simulation import Route, simulate
+from footnav.tracking import track
+
+SIDE = 10.0
+"""Side of the square, m."""
+
+RATE_HZ = 200.0
+
+ORIGIN = (45.0, 7.0, 0.0)
+"""Where the walk is put on the map: at the latitude and height whose gravity the default settings assume."""
+
+
+def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
+    """Simulate a walk with an MPU6050 on the shoe, track it, and compare the track with the truth.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the recording, the track, its picture and the table.
+    seed : int
+        Another seed is another walk, with another sensor.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    require("matplotlib", "footnav[plot]")
+    make_folder(out)
+    recording, truth = simulate(Route.square(SIDE), "walk", "mpu6050", seed, rate_hz=RATE_HZ)
+    with attending("demo") as progress:
+        started = time.perf_counter()
+        trajectory = track(recording, Config.preset("mpu6050"), progress=progress)
+        rate = len(recording) / (time.perf_counter() - started)
+        save_recording(recording, out / "recording.csv")
+        trajectory.save(out / "track.csv")
+        trajectory.save(out / "track.geojson", origin=ORIGIN)
+        title = f"A simulated walk around a square of {SIDE:g} m with an MPU6050"
+        save_overview(trajectory, out / "track.png", truth, title=title)
+    table = judge(trajectory.summary(), truth.summary(), evaluate(trajectory, truth), rate)
+    with replacing(out / "table.txt") as file:
+        file.write(as_text(table).encode())
+    print(title)
+    print_table(table)
+    print(f"Written to {out}: recording.csv, track.csv, track.geojson, track.png, table.txt")
+    return 0

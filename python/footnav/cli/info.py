@@ -1,0 +1,32 @@
+"""`footnav info`."""
+
+from pathlib import Path
+
+from footnav.cli.console import attending, each_file
+from footnav.cli.reading import AS_FOUND, Reading, read_walks
+from footnav.diagnosis import diagnose
+
+
+def inform(files: list[Path], /, *, reading: Reading = AS_FOUND) -> int:
+    """Examine recordings, and say what to do about what is wrong with them.
+
+    Parameters
+    ----------
+    files : list of Path
+        Recordings.
+    reading : Reading
+        How to read them.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    return each_file(files, lambda path: _examine(path, reading))
+
+
+def _examine(path: Path, reading: Reading) -> None:
+    with attending(path.name):
+        recordings = read_walks(path, reading).values()
+    for recording in recordings:
+        print(diagnose(recording), end="\n\n")

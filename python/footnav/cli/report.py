@@ -1,0 +1,113 @@
+"""Walks as text and tables."""
+
+import dataclasses
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from footnav.evaluation import Evaluation
+from footnav.trajectory import Summary
+
+
+def describe(summary: Summary, written: Sequence[Path]) -> str:
+    """Sum one walk up.
+
+    Parameters
+    ----------
+    summary : Summary
+        Of the walk.
+    written : sequence of Path
+        Files that hold it.
+
+    Returns
+    -------
+    str
+        Several lines.
+    """
+    lines = [str(dataclasses.replace(summary, health=None))]
+    if summary.health is not None:
+        lines.append(f"  health         {summary.health.status.value}. {summary.health.reasons.describe()}")
+    lines.append(f"  written        {', '.join(map(str, written))}")
+    return "\n".join(lines)
+
+
+def compare(summaries: Sequence[Summary]) -> Table:
+    """Put several walks side by side.
+
+    Parameters
+    ----------
+    summaries : sequence of Summary
+        One for each walk.
+
+    Returns
+    -------
+    Table
+        A row for each walk.
+    """
+    table = _table("walk", "distance", "strides", "start to end", "height", "one sigma", "health")
+    for summary in summaries:
+        way, share = summary.closing, summary.closing_percent
+        table.add_row(
+            Text(summary.name),
+            f"{summary.distance:.2f} m",
+            f"{summary.strides}",
+            f"{way.horizontal:.2f} m ({share.horizontal:.1f} %)",
+            f"{way.vertical:+.2f} m",
+            f"{summary.horizontal_std:.2f} m",
+            summary.health.status.value if summary.health else "",
+        )
+    return table
+
+
+def judge(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
+    """Put a track beside the truth.
+
+    Parameters
+    ----------
+    track, truth : Summary
+        Of the track and of the truth.
+    evaluation : Evaluation
+        Of the track against the truth.
+    rate : float
+        Samples tracked in a second.
+
+    Returns
+    -------
+    Table
+        A row for each figure.
+    """
+    table = _table("", "track", "truth")
+    end = evaluation.closing_error
+    table.add_row("distance", f"{track.distance:.2f} m", f"{truth.distance:.2f} m")
+    table.add_row("strides", f"{track.strides}", f"{truth.strides}")
+    table.add_row("zero velocity", _percent(track.zero_velocity_share), _percent(truth.zero_velocity_share))
+    table.add_row("mean horizontal error", f"{evaluation.euclidean_mean:.3f} m")
+    table.add_row("closing error, horizontal", f"{end.horizontal:.3f} m")
+    table.add_row("closing error, vertical", f"{end.vertical:+.3f} m")
+    table.add_row("closing error, of the distance", f"{evaluation.percent_of_distance:.2f} %")
+    table.add_row("speed", f"{rate:,.0f} samples/s")
+    return table
+
+
+def as_text(table: Table) -> str:
+    """Render a table without colours."""
+    file = io.StringIO()
+    Console(file=file, width=100, color_system=None).print(table)
+    return "".join(f"{line.rstrip()}\n" for line in file.getvalue().splitlines())
+
+
+def _table(first: str, *others: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column(first, overflow="fold")
+    for title in others:
+        table.add_column(title, justify="right", no_wrap=True)
+    return table
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"

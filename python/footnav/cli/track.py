@@ -1,0 +1,177 @@
+"""`footnav track`."""
+
+import dataclasses
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from footnav.cli.console import attending, caution, each_file, make_folder, print_table
+from footnav.cli.reading import AS_FOUND, Reading, read_walks
+from footnav.cli.report import compare, describe
+from footnav.config import Config, load_config
+from footnav.diagnosis import diagnose
+from footnav.errors import ConfigError
+from footnav.plot import PICTURES, save_overview
+from footnav.recording import Recording
+from footnav.tracking import track
+from footnav.trajectory import Summary, Trajectory
+
+FORMATS = ("csv", "npz", "tum", "geojson", "gpx", "kml", "parquet", "png", "svg", "pdf")
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What to do with every walk.
+
+    Attributes
+    ----------
+    config : Config
+        Settings.
+    magnetic : bool
+        Whether the heading comes from the magnetometer.
+    formats : tuple of str
+        Formats to write.
+    out : Path
+        Folder to write them to.
+    """
+
+    config: Config
+    magnetic: bool
+    formats: tuple[str, ...]
+    out: Path
+
+
+def track_files(
+    files: list[Path],
+    /,
+    *,
+    out: Path = Path(),
+    formats: str | None = None,
+    name: str | None = None,
+    config: Path | None = None,
+    preset: str | None = None,
+    origin: Annotated[tuple[float, float, float] | None, Parameter(metavar="LAT LON HEIGHT")] = None,
+    heading_deg: float | None = None,
+    heading_from_magnetometer: Annotated[bool, Parameter(show_default=False)] = False,
+    reading: Reading = AS_FOUND,
+) -> int:
+    """Track recordings, and sum each walk up.
+
+    Parameters
+    ----------
+    files : list of Path
+        Recordings.
+    out : Path
+        Folder for the tracks.
+    formats : str, optional
+        What to write for each walk, of csv, npz, tum, geojson, gpx, kml, parquet, png, svg and pdf, separated by
+        commas; csv,png unless given.
+    name : str, optional
+        Name of the track, for a single file; that of the file unless given.
+    config : Path, optional
+        Settings as a TOML file.
+    preset : str, optional
+        Settings for a known sensor: mpu6050, mti-g710, stim300, ngimu or vn100.
+    origin : tuple of float, optional
+        Where the walk starts: degrees, degrees and m (WGS-84).
+    heading_deg : float, optional
+        Heading of the sensor's x axis at the start, degrees clockwise from north.
+    heading_from_magnetometer : bool
+        Take the heading at the start from the magnetometer.
+    reading : Reading
+        How to read the recordings.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    _check_names(files, name)
+    settings = _settings(config, preset, origin, heading_deg, heading_from_magnetometer)
+    task = Task(settings, heading_from_magnetometer, _formats(formats), make_folder(out))
+    summaries: list[Summary] = []
+
+    def work(path: Path) -> None:
+        with attending(path.name):
+            walks = read_walks(path, reading, name)
+        for walk, recording in walks.items():
+            summaries.append(_track(walk, recording, task))
+
+    status = each_file(files, work)
+    if len(summaries) > 1:
+        print_table(compare(summaries))
+    return status
+
+
+def _track(name: str, recording: Recording, task: Task) -> Summary:
+    """Track one walk, write it, and print what became of it."""
+    for finding in diagnose(recording).findings:
+        caution(recording.name, finding)
+    with attending(recording.name) as progress:
+        config = task.config.with_heading_from(recording) if task.magnetic else task.config
+        trajectory = dataclasses.replace(track(recording, config, progress=progress), name=name)
+        written = [_write(trajectory, task.out / f"{name}.track.{form}") for form in task.formats]
+    summary = trajectory.summary()
+    print(describe(summary, written), end="\n\n")
+    return summary
+
+
+def _write(trajectory: Trajectory, path: Path) -> Path:
+    write = save_overview if path.suffix in PICTURES else Trajectory.save
+    write(trajectory, path)
+    return path
+
+
+def _settings(
+    config: Path | None,
+    preset: str | None,
+    origin: tuple[float, float, float] | None,
+    heading_deg: float | None,
+    magnetic: bool,
+) -> Config:
+    """Join the settings of a file or a preset with those of the command line."""
+    if config is not None and preset is not None:
+        raise ConfigError("--config and --preset both give all settings; leave one out")
+    if magnetic and heading_deg is not None:
+        raise ConfigError("--heading-deg and --heading-from-magnetometer both give the heading; leave one out")
+    settings = load_config(config) if config else Config.preset(preset) if preset else Config()
+    if heading_deg is not None:
+        aligned = settings.alignment.replace(heading_deg=heading_deg, magnetic_field=None)
+        settings = settings.replace(alignment=aligned)
+    return settings if origin is None else settings.replace(output=settings.output.replace(origin=origin))
+
+
+def _formats(given: str | None) -> tuple[str, ...]:
+    if given is None:
+        return _usual_formats()
+    formats = tuple(form.strip().lower() for form in given.split(","))
+    for form in formats:
+        if form not in FORMATS:
+            nearest = get_close_matches(form, FORMATS, n=1)
+            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+            raise ConfigError(f"format {form!r} is unknown: expected some of {', '.join(FORMATS)}{hint}")
+    return formats
+
+
+def _usual_formats() -> tuple[str, ...]:
+    if find_spec("matplotlib"):
+        return "csv", "png"
+    caution("footnav", "no pictures, since matplotlib is missing: pip install footnav[plot]")
+    return ("csv",)
+
+
+def _check_names(files: list[Path], name: str | None) -> None:
+    """Refuse what would write one track over another."""
+    if name is not None and len(files) > 1:
+        raise ConfigError(f"--name names one track, but there are {len(files)} files")
+    first: dict[str, Path] = {}
+    for path in files:
+        other = first.setdefault(path.stem, path)
+        if other is not path:
+            raise ConfigError(
+                f"the tracks of {other} and {path} would have one name; track them one by one, with --name"
+            )

@@ -1,0 +1,73 @@
+"""Files of a recording, which `footnav.read` gives back to the bit."""
+
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from footnav.errors import ConfigError
+from footnav.export.atomic import replacing
+from footnav.recording import Floats, Recording
+
+
+def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
+    """Write a recording to a file whose suffix names the format.
+
+    Parameters
+    ----------
+    recording : Recording
+        The samples.
+    path : path
+        ``.csv``: header ``t,ax,ay,az,gx,gy,gz`` and, where present, magnetometer, pressure and temperature with their
+        units; all in SI.  A table has no place for the full scales: give them to `footnav.read` again.
+        ``.npz``: arrays named as the attributes of the recording, with the full scales.
+
+    Raises
+    ------
+    ConfigError
+        For another suffix.
+    FootnavError
+        For a file that cannot be written, which stays as it was.
+    """
+    path = Path(path)
+    check_suffix(path)
+    with replacing(path) as file:
+        _WRITERS[path.suffix.lower()](recording, file)
+
+
+def check_suffix(path: Path) -> None:
+    """Raise ConfigError for a path whose suffix is none that a recording can be written to."""
+    if path.suffix.lower() not in _WRITERS:
+        raise ConfigError(f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}")
+
+
+def _write_csv(recording: Recording, file: BinaryIO) -> None:
+    columns = _columns(recording)
+    rows = np.column_stack(list(columns.values())).tolist()
+    lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows), ""]
+    file.write("\n".join(lines).encode())
+
+
+def _write_npz(recording: Recording, file: BinaryIO) -> None:
+    labels = ("t", "accel", "gyro", "mag", "pressure", "temperature", "accel_range", "gyro_range")
+    values: dict[str, Any] = {label: getattr(recording, label) for label in labels}
+    np.savez(file, **{label: value for label, value in values.items() if value is not None})
+
+
+def _columns(recording: Recording) -> dict[str, Floats]:
+    """Columns of the table by title."""
+    columns = {"t": recording.t}
+    columns |= dict(zip(("ax", "ay", "az"), recording.accel.T, strict=True))
+    columns |= dict(zip(("gx", "gy", "gz"), recording.gyro.T, strict=True))
+    if recording.mag is not None:
+        columns |= dict(zip(("mx (T)", "my (T)", "mz (T)"), recording.mag.T, strict=True))
+    if recording.pressure is not None:
+        columns["pressure (Pa)"] = recording.pressure
+    if recording.temperature is not None:
+        columns["temperature (degC)"] = recording.temperature
+    return columns
+
+
+_WRITERS: dict[str, Callable[[Recording, BinaryIO], None]] = {".csv": _write_csv, ".npz": _write_npz}

@@ -1,0 +1,80 @@
+//! `footnav._core.simulate` and the presets that go with it.
+
+use nalgebra::Vector3;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::Deserialize;
+
+use crate::python::{ConfigError, from_json, matrix, to_json};
+use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
+
+/// All that a simulation needs.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Plan {
+    route: Route,
+    gait: Gait,
+    sensor: SensorErrors,
+    settings: SimulationSettings,
+}
+
+/// The samples and the truth of a simulated walk, column by column.
+#[pyfunction]
+pub(super) fn simulate<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py, PyDict>> {
+    let Plan { route, gait, sensor, settings } = from_json(plan)?;
+    let walk = py.detach(|| crate::simulation::simulate(&route, &gait, &sensor, &settings))?;
+    columns(py, &walk)
+}
+
+/// The parameters of a gait preset as JSON.
+#[pyfunction]
+pub(super) fn gait_preset(name: &str) -> PyResult<String> {
+    to_json(&Gait::preset(name)?)
+}
+
+/// The parameters of a sensor preset as JSON.
+#[pyfunction]
+pub(super) fn sensor_preset(name: &str) -> PyResult<String> {
+    to_json(&SensorErrors::preset(name)?)
+}
+
+/// A route of a known shape as JSON.
+#[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "an argument from Python is owned")]
+pub(super) fn route(shape: &str, sizes: Vec<f64>) -> PyResult<String> {
+    let route = match (shape, sizes.as_slice()) {
+        ("straight", &[length]) => Route::straight(length),
+        ("square", &[side]) => Route::square(side),
+        ("rectangle", &[length, width]) => Route::rectangle(length, width),
+        ("figure-of-eight", &[length]) => Route::figure_of_eight(length),
+        ("out-and-back", &[length]) => Route::out_and_back(length),
+        ("stairs", &[floors, risers, riser, tread]) => Route::stairs(count(floors)?, count(risers)?, riser, tread),
+        _ => return Err(ConfigError::new_err(format!("no route {shape:?} with {} sizes", sizes.len()))),
+    };
+    to_json(&route)
+}
+
+/// A whole number that came as a float.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be a whole number below 10000")]
+fn count(value: f64) -> PyResult<u32> {
+    if value.fract() == 0.0 && (1.0..1.0e4).contains(&value) {
+        return Ok(value as u32);
+    }
+    Err(ConfigError::new_err(format!("{value} is not a number of floors or risers: expected a whole number from 1 to 9999")))
+}
+
+fn columns<'py>(py: Python<'py>, walk: &Walk) -> PyResult<Bound<'py, PyDict>> {
+    let vectors = |column: &mut dyn Iterator<Item = Vector3<f64>>| matrix(py, column.map(<[f64; 3]>::from).collect());
+    let fields = PyDict::new(py);
+    fields.set_item("t", PyArray1::from_iter(py, walk.samples.iter().map(|sample| sample.time)))?;
+    fields.set_item("accel", vectors(&mut walk.samples.iter().map(|sample| sample.specific_force))?)?;
+    fields.set_item("gyro", vectors(&mut walk.samples.iter().map(|sample| sample.angular_rate))?)?;
+    fields.set_item("position", vectors(&mut walk.truth.iter().map(|state| state.position))?)?;
+    fields.set_item("velocity", vectors(&mut walk.truth.iter().map(|state| state.velocity))?)?;
+    fields.set_item("quaternion", matrix(py, walk.truth.iter().map(|state| state.attitude.coords.into()).collect())?)?;
+    fields.set_item("stance", PyArray1::from_slice(py, &walk.stance))?;
+    fields.set_item("gyro_bias", vectors(&mut walk.gyro_bias.iter().copied())?)?;
+    fields.set_item("accel_bias", vectors(&mut walk.accel_bias.iter().copied())?)?;
+    Ok(fields)
+}

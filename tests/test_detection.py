@@ -1,0 +1,209 @@
+"""Stance detectors against the published formulas, written out sample by sample."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from footnav import AdaptiveShoe, Config, Detection, MagnitudeVariance, Mechanization, Recording, Shoe, detect, track
+from footnav.errors import ConfigError
+
+DETECTORS = (AdaptiveShoe(), Shoe(), MagnitudeVariance())
+
+
+def recording(n=240, rate=100.0, seed=3, phase=0.0):
+    """Return a foot that comes to rest again and again."""
+    t = np.arange(n) / rate
+    motion = np.clip(np.sin(2 * np.pi * t + phase), 0.0, None)[:, None]
+    noise = np.random.default_rng(seed).normal(size=(2, n, 3))
+    accel = [0.5, -0.3, 9.78] + 0.02 * noise[0] + motion * 3 * noise[0]
+    return Recording(t, accel, 0.005 * noise[1] + motion * noise[1])
+
+
+def window_length(seconds, rate):
+    """Return the odd number of samples nearest to a duration, three at the least."""
+    return max(3, 2 * round((seconds * rate - 1) / 2) + 1)
+
+
+def over_windows(length, n, statistic):
+    """Evaluate a statistic over the window centred on each sample; nan where it does not fit."""
+    half = length // 2
+    values = np.full(n, np.nan)
+    for k in range(half, n - half):
+        values[k] = statistic(slice(k - half, k + half + 1))
+    return values
+
+
+def shoe_statistic(rec, length, accel_std, gyro_std, gravity):
+    """Skog et al. 2010: mean of |f - g mean(f)/|mean(f)||^2 / sigma_a^2 + |w|^2 / sigma_w^2 over the window."""
+
+    def statistic(window):
+        accel, gyro = rec.accel[window], rec.gyro[window]
+        mean = accel.mean(axis=0)
+        residual = accel - gravity * mean / np.linalg.norm(mean)
+        return np.mean((residual**2).sum(axis=1) / accel_std**2 + (gyro**2).sum(axis=1) / gyro_std**2)
+
+    return over_windows(length, len(rec), statistic)
+
+
+seconds = st.sampled_from([0.001, 0.023, 0.051, 0.074, 0.107, 0.153])
+rates = st.sampled_from([50.0, 100.0, 128.0, 200.0])
+stds = st.floats(1e-3, 1.0)
+
+
+@given(seconds, rates, stds, stds, st.floats(9.7, 9.9))
+@settings(max_examples=25, deadline=None)
+def test_shoe(window, rate, accel_std, gyro_std, gravity):
+    rec = recording(rate=rate)
+    config = Config(
+        detector=Shoe(window=window, accel_std=accel_std, gyro_std=gyro_std),
+        mechanization=Mechanization(gravity=gravity),
+    )
+    expected = shoe_statistic(rec, window_length(window, rate), accel_std, gyro_std, gravity)
+    np.testing.assert_allclose(detect(rec, config).statistic, expected, rtol=1e-9, equal_nan=True)
+
+
+@given(seconds, st.integers(0, 60), st.integers(0, 60), st.floats(1.0, 5.0), st.floats(1.0, 1e4))
+@settings(max_examples=25, deadline=None)
+def test_adaptive_shoe(window, behind, ahead, factor, floor):
+    rec = recording()
+    detector = AdaptiveShoe(
+        window=window, look_behind=behind / 100, look_ahead=ahead / 100, factor=factor, floor=floor
+    )
+    result = detect(rec, detector)
+    length = window_length(window, rec.rate_hz)
+    statistic = shoe_statistic(rec, length, detector.accel_std, detector.gyro_std, Config().gravity)
+    np.testing.assert_allclose(result.statistic, statistic, rtol=1e-9, equal_nan=True)
+    inside = np.isfinite(statistic)
+    lowest = [np.nanmin(statistic[max(0, k - behind) : k + ahead + 1]) for k in np.flatnonzero(inside)]
+    expected = np.maximum(factor * np.array(lowest), floor)
+    np.testing.assert_allclose(result.threshold[inside], expected, rtol=1e-9)
+
+
+@given(seconds, rates, st.floats(0.01, 1.0), st.floats(0.001, 1.0))
+@settings(max_examples=25, deadline=None)
+def test_magnitude_variance(window, rate, magnitude_gate, variance_gate):
+    """Wu et al., eqs. 4-5: a sample moves from |f| - g at its gate, or the variance of |f| at its own."""
+    rec = recording(rate=rate)
+    result = detect(
+        rec, MagnitudeVariance(window=window, magnitude_gate=magnitude_gate, variance_gate=variance_gate)
+    )
+    magnitude = np.linalg.norm(rec.accel, axis=1)
+    deviation = np.abs(magnitude - Config().gravity)
+    variance = over_windows(window_length(window, rate), len(rec), lambda at: magnitude[at].var())
+    expected = np.maximum(deviation / magnitude_gate, variance / variance_gate)
+    np.testing.assert_allclose(result.statistic, expected, rtol=1e-9, equal_nan=True)
+    np.testing.assert_array_equal(result.decision, (deviation < magnitude_gate) & (variance < variance_gate))
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_stance_is_a_statistic_below_the_threshold(detector):
+    result = detect(recording(), detector)
+    inside = np.isfinite(result.statistic)
+    np.testing.assert_array_equal(result.decision[inside], (result.statistic < result.threshold)[inside])
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_the_edges_are_nan_and_never_stance(detector):
+    rec = Recording(np.arange(200) / 100, np.tile([0.0, 0.0, Config().gravity], (200, 1)), np.zeros((200, 3)))
+    result = detect(rec, detector)
+    half = window_length(detector.window, 100.0) // 2
+    edge = np.r_[0:half, 200 - half : 200]
+    assert half >= 1
+    assert np.isnan(result.statistic[edge]).all()
+    assert not result.decision[edge].any()
+    assert np.isfinite(result.statistic[half:-half]).all()
+    assert result.decision[half:-half].all()
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_the_threshold_is_nan_where_the_window_is_not_full(detector):
+    result = detect(recording(), detector)
+    np.testing.assert_array_equal(np.isnan(result.threshold), np.isnan(result.statistic))
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_a_recording_shorter_than_the_window_has_no_stance(detector):
+    rec = recording(n=2)
+    result = detect(rec, detector)
+    assert np.isnan(result.statistic).all()
+    assert not result.decision.any()
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_a_steady_foot_is_found_at_rest_and_a_shaken_one_is_not(detector):
+    rec = recording(n=1000)
+    moving = np.sin(2 * np.pi * rec.t) > 0.5
+    resting = np.sin(2 * np.pi * rec.t) < -0.5
+    steady = detect(rec, detector)
+    assert not steady.decision[moving].any()
+    if not isinstance(detector, MagnitudeVariance):
+        assert steady.decision[resting][1:-1].all()
+
+
+def test_what_names_a_detector():
+    rec = recording()
+    for detector, kind in zip(DETECTORS, ("adaptive-shoe", "shoe", "magnitude-variance"), strict=True):
+        by_settings = detect(rec, detector)
+        for named in (kind, Config(detector=detector)):
+            np.testing.assert_array_equal(detect(rec, named).statistic, by_settings.statistic)
+            np.testing.assert_array_equal(detect(rec, named).threshold, by_settings.threshold)
+    np.testing.assert_array_equal(detect(rec).statistic, detect(rec, AdaptiveShoe()).statistic)
+
+
+def test_it_unpacks_as_statistic_and_decision():
+    rec = recording()
+    result = detect(rec)
+    statistic, decision = result
+    assert isinstance(result, Detection)
+    assert statistic is result.statistic
+    assert decision is result.decision
+    assert decision.dtype == np.bool_
+    np.testing.assert_array_equal(result.t, rec.t)
+
+
+@pytest.mark.parametrize("detector", ["sheo", "", "AdaptiveShoe"])
+def test_an_unknown_detector_lists_the_known_ones(detector):
+    with pytest.raises(ConfigError) as error:
+        detect(recording(), detector)
+    assert all(kind in str(error.value) for kind in (repr(detector), "adaptive-shoe", "shoe", "magnitude-variance"))
+
+
+@pytest.mark.parametrize("detector", [Shoe(threshold=-1.0), AdaptiveShoe(factor=0.0), MagnitudeVariance(window=-1.0)])
+def test_settings_out_of_range_are_refused(detector):
+    with pytest.raises(ConfigError, match="detector"):
+        detect(recording(), detector)
+
+
+def test_the_statistic_does_not_depend_on_the_axes():
+    rec = recording()
+    turn = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    turned = Recording(rec.t, rec.accel @ turn, rec.gyro @ turn)
+    for detector in DETECTORS:
+        a, b = detect(rec, detector), detect(turned, detector)
+        np.testing.assert_allclose(a.statistic, b.statistic, rtol=1e-9, equal_nan=True)
+
+
+def test_the_statistic_after_a_long_time_is_as_exact_as_at_the_start():
+    """A sum that runs along with the window must not drift, even past a sample of enormous size."""
+    short = recording(n=400)
+    accel = np.concatenate([np.full((1, 3), 1e9), np.tile(short.accel, (50, 1))])
+    gyro = np.concatenate([np.zeros((1, 3)), np.tile(short.gyro, (50, 1))])
+    rec = Recording(np.arange(len(accel)) / 100, accel, gyro)
+    for detector in (AdaptiveShoe(), Shoe()):
+        length = window_length(detector.window, 100.0)
+        tail = detect(rec, detector).statistic[-400 + length : -length]
+        expected = shoe_statistic(short, length, detector.accel_std, detector.gyro_std, Config().gravity)
+        np.testing.assert_allclose(tail, expected[length:-length], rtol=1e-9)
+
+
+def test_track_stops_the_foot_where_the_detector_says():
+    t = np.arange(600) / 100
+    accel = np.tile([0.0, 0.0, Config().gravity], (600, 1))
+    accel[300:350, 0] = 2 * np.sin(np.arange(50) / 50 * 2 * np.pi)
+    rec = Recording(t, accel, np.zeros((600, 3)))
+    for detector in DETECTORS:
+        states, decision = track(rec, Config(detector=detector)), detect(rec, detector).decision
+        aligned = t > Config().alignment.duration
+        np.testing.assert_array_equal(states.zero_velocity[aligned], decision[aligned])
+        assert 0 < decision[aligned].sum() < aligned.sum()
