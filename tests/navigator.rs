@@ -50,7 +50,8 @@ fn pushing_gives_one_solution_per_sample_with_a_fixed_latency() {
         assert_eq!(solution.is_some(), k >= navigator.latency());
         if let Some(solution) = solution {
             let row = k - navigator.latency();
-            assert_eq!(<[f64; 3]>::from(solution.estimate.nav.position), batch.position[row]);
+            let position = <[f64; 3]>::from(solution.estimate.nav.position);
+            assert_eq!(position.map(f64::to_bits), batch.position[row].map(f64::to_bits));
             assert_eq!(solution.zero_velocity, batch.zero_velocity[row]);
         }
     }

@@ -5,7 +5,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from footnav import AdaptiveShoe, Config, Detection, MagnitudeVariance, Mechanization, Recording, Shoe, detect, track
+from footnav import (
+    AdaptiveShoe,
+    Config,
+    Detection,
+    MagnitudeVariance,
+    Mechanization,
+    Reason,
+    Recording,
+    Shoe,
+    detect,
+    track,
+)
 from footnav.errors import ConfigError
 
 DETECTORS = (AdaptiveShoe(), Shoe(), MagnitudeVariance())
@@ -67,9 +78,7 @@ def test_shoe(window, rate, accel_std, gyro_std, gravity):
 @settings(max_examples=25, deadline=None)
 def test_adaptive_shoe(window, behind, ahead, factor, floor):
     rec = recording()
-    detector = AdaptiveShoe(
-        window=window, look_behind=behind / 100, look_ahead=ahead / 100, factor=factor, floor=floor
-    )
+    detector = AdaptiveShoe(window=window, look_behind=behind / 100, look_ahead=ahead / 100, factor=factor, floor=floor)
     result = detect(rec, detector)
     length = window_length(window, rec.rate_hz)
     statistic = shoe_statistic(rec, length, detector.accel_std, detector.gyro_std, Config().gravity)
@@ -85,9 +94,7 @@ def test_adaptive_shoe(window, behind, ahead, factor, floor):
 def test_magnitude_variance(window, rate, magnitude_gate, variance_gate):
     """Wu et al., eqs. 4-5: a sample moves from |f| - g at its gate, or the variance of |f| at its own."""
     rec = recording(rate=rate)
-    result = detect(
-        rec, MagnitudeVariance(window=window, magnitude_gate=magnitude_gate, variance_gate=variance_gate)
-    )
+    result = detect(rec, MagnitudeVariance(window=window, magnitude_gate=magnitude_gate, variance_gate=variance_gate))
     magnitude = np.linalg.norm(rec.accel, axis=1)
     deviation = np.abs(magnitude - Config().gravity)
     variance = over_windows(window_length(window, rate), len(rec), lambda at: magnitude[at].var())
@@ -197,13 +204,18 @@ def test_the_statistic_after_a_long_time_is_as_exact_as_at_the_start():
         np.testing.assert_allclose(tail, expected[length:-length], rtol=1e-9)
 
 
-def test_track_stops_the_foot_where_the_detector_says():
-    t = np.arange(600) / 100
-    accel = np.tile([0.0, 0.0, Config().gravity], (600, 1))
-    accel[300:350, 0] = 2 * np.sin(np.arange(50) / 50 * 2 * np.pi)
-    rec = Recording(t, accel, np.zeros((600, 3)))
-    for detector in DETECTORS:
-        states, decision = track(rec, Config(detector=detector)), detect(rec, detector).decision
-        aligned = t > Config().alignment.duration
-        np.testing.assert_array_equal(states.zero_velocity[aligned], decision[aligned])
-        assert 0 < decision[aligned].sum() < aligned.sum()
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_track_stops_the_foot_where_the_detector_says(detector, start):
+    """Stamps since 1970 make 199.995 Hz of 200, which must not give the two a window of another length."""
+    noise = np.random.default_rng(2).normal(size=(2, 1200, 3))
+    motion = np.clip(np.sin(np.arange(1200) / 20), 0, None)[:, None] * (np.arange(1200) > 400)[:, None]
+    rec = Recording(
+        start + np.arange(1200) / 200,
+        [0.0, 0.0, Config().gravity] + (0.01 + motion) * noise[0],
+        (0.001 + 0.3 * motion) * noise[1],
+    )
+    states, decision = track(rec, Config(detector=detector)), detect(rec, detector).decision
+    aligned = (states.reasons & Reason.ALIGNING) == 0
+    assert 0 < decision[aligned].sum() < aligned.sum()
+    np.testing.assert_array_equal(states.zero_velocity[aligned], decision[aligned])

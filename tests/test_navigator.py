@@ -1,6 +1,8 @@
 """Streaming: the numbers of the batch in any chunking, late by a fixed number of samples, and never corrupted."""
 
 import dataclasses
+import itertools
+import sys
 import threading
 
 import numpy as np
@@ -73,7 +75,7 @@ def rest(n=300):
 def in_blocks(navigator, samples, cuts):
     """Push the samples in blocks that end at `cuts`, flush, and return all states."""
     edges = [0, *sorted(cuts), len(samples[0])]
-    blocks = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    blocks = itertools.starmap(slice, itertools.pairwise(edges))
     parts = [navigator.push_block(*(column[block] for column in samples)) for block in blocks]
     return Trajectory.concatenate([*parts, navigator.flush()])
 
@@ -343,7 +345,7 @@ def test_a_block_with_one_bad_sample_leaves_the_navigator_untouched(column, valu
 def test_a_wrong_shape_is_a_data_error_and_leaves_the_navigator_untouched(spoil):
     samples = walk()
     navigator = Navigator(rate_hz=RATE)
-    with pytest.raises(DataError, match="shape|number"):
+    with pytest.raises(DataError, match=r"shape|number"):
         navigator.push_block(*spoil(*samples))
     assert navigator.health.counters.samples == 0
     assert_same(in_blocks(navigator, samples, []), in_blocks(Navigator(rate_hz=RATE), samples, []))
@@ -400,6 +402,16 @@ def test_settings_are_remembered():
     assert Navigator().rate_hz == 200.0
 
 
+@pytest.fixture
+def eager_threads():
+    """Let threads take turns far more often than usual."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(interval)
+
+
+@pytest.mark.usefixtures("eager_threads")
 def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
     """One pushes the walk and tries again when it is turned away; the other looks, and pushes what must be refused."""
     samples = walk()
@@ -429,12 +441,12 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
             except RuntimeError:
                 continue
 
-    threads = [threading.Thread(target=disturb) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    parts += [push(slice(start, start + 20)) for start in range(10, len(samples[0]), 20)]
-    done.set()
-    for thread in threads:
+    thread = threading.Thread(target=disturb)
+    thread.start()
+    try:
+        parts += [push(slice(start, start + 20)) for start in range(10, len(samples[0]), 20)]
+    finally:
+        done.set()
         thread.join()
     assert not unexpected
     states = Trajectory.concatenate([*parts, navigator.flush()])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from footnav.detection import Detection
 from footnav.errors import ConfigError, DataError, FootnavError
 from footnav.plot import overview, plot_detector, plot_height, plot_track, plot_velocity, save_overview
 from footnav.trajectory import Trajectory
@@ -27,10 +28,11 @@ def truth_of(traj: Trajectory) -> Any:
     return np.column_stack([-y * 1.02 + 30, x - 10, 0.97 * z])
 
 
-def detection_of(traj: Trajectory) -> tuple[Any, float, Any]:
+def detection_of(traj: Trajectory) -> Detection:
     """Statistic as of a SHOE detector."""
     noise = np.random.default_rng(2).lognormal(0, 0.6, len(traj))
-    return np.where(traj.zero_velocity, 2e4, 3e7) * noise, 2e5, traj.zero_velocity
+    statistic = np.where(traj.zero_velocity, 2e4, 3e7) * noise
+    return Detection(t=traj.t, statistic=statistic, threshold=2e5 * noise, decision=traj.zero_velocity)
 
 
 def lines(ax: Any) -> dict[str, Any]:
@@ -76,28 +78,26 @@ def test_rest_is_shaded(traj: Trajectory) -> None:
 
 def test_detector_is_logarithmic(traj: Trajectory) -> None:
     """With its threshold as a labelled line."""
-    statistic, threshold, decision = detection_of(traj)
-    statistic[:3] = 0
-    ax = plot_detector(traj.t, statistic, threshold, decision)
-    drawn = np.asarray(ax.get_lines()[0].get_ydata())
+    detection = detection_of(traj)
+    detection.statistic[:3] = 0
+    detection.threshold[-2:] = np.nan
+    ax = plot_detector(detection)
+    statistic, threshold = (np.asarray(line.get_ydata()) for line in ax.get_lines())
     assert ax.get_yscale() == "log"
-    assert np.isnan(drawn[:3]).all()
-    np.testing.assert_array_equal(drawn[3:], statistic[3:])
-    assert [text.get_text() for text in ax.texts] == ["threshold 2e+05"]
+    assert np.isnan(statistic[:3]).all()
+    np.testing.assert_array_equal(statistic[3:], detection.statistic[3:])
+    np.testing.assert_array_equal(threshold, detection.threshold)
+    assert [text.get_text() for text in ax.texts] == ["threshold"]
 
 
 @pytest.mark.parametrize(
-    ("statistic", "threshold", "message"),
-    [
-        ([1.0, 2.0], 1.0, "2 and 3 samples"),
-        ([0.0, -1.0, 0.0], 1.0, "both positive"),
-        ([1.0] * 3, 0.0, r"threshold is 0\.0"),
-    ],
+    ("statistic", "threshold"), [([], []), ([0.0, -1.0], [1.0, 1.0]), ([1.0] * 2, [0.0] * 2), ([np.nan], [np.nan])]
 )
-def test_detector_that_cannot_be_drawn_is_refused(statistic: Any, threshold: float, message: str) -> None:
-    """Lengths differ, or nothing is positive."""
-    with pytest.raises(DataError, match=message):
-        plot_detector(np.arange(3.0), np.array(statistic), threshold, np.ones(3, bool))
+def test_detector_that_cannot_be_drawn_is_refused(statistic: Any, threshold: Any) -> None:
+    """There is no sample, or nothing is positive."""
+    columns = np.arange(float(len(statistic))), np.array(statistic), np.array(threshold), np.ones(len(statistic), bool)
+    with pytest.raises(DataError, match="nothing to draw"):
+        plot_detector(Detection(*columns))
 
 
 def test_empty_track_is_refused(traj: Trajectory) -> None:

@@ -7,8 +7,7 @@ Examples
 >>> footnav.track(recording).save("track.geojson")  # doctest: +SKIP
 """
 
-from importlib.metadata import version as _version
-
+from footnav._core import __version__
 from footnav.config import (
     AdaptiveShoe,
     Alignment,
@@ -34,8 +33,6 @@ from footnav.recording import Recording
 from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
-
-__version__ = _version("footnav")
 
 __all__ = [
     "AdaptiveShoe",
@@ -69,6 +66,7 @@ __all__ = [
     "Trajectory",
     "TriadErrors",
     "Waypoint",
+    "__version__",
     "detect",
     "diagnose",
     "evaluate",

@@ -2,8 +2,26 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import Self
+from typing_extensions import Self, disjoint_base
 
+__all__ = [
+    "Navigator",
+    "__version__",
+    "check_config",
+    "default_config",
+    "detect",
+    "gait_preset",
+    "gravity",
+    "preset_config",
+    "preset_names",
+    "route",
+    "sensor_preset",
+    "simulate",
+]
+
+__version__: str
+
+@disjoint_base
 class Navigator:
     def __new__(cls, config: bytes, rate_hz: float) -> Self: ...
     def push(self, t: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> bool: ...

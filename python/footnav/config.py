@@ -6,12 +6,14 @@ degrees where the name ends in ``_deg``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, get_type_hints
 
 import msgspec
+import numpy as np
 
 from footnav import _core
 from footnav.errors import ConfigError
@@ -175,7 +177,7 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
     look_behind: float = 0.6
     look_ahead: float = 0.6
     factor: float = 1.5
-    floor: float = 100.0
+    floor: float = 500.0
 
 
 class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
@@ -251,7 +253,7 @@ class Filter(Section, frozen=True, kw_only=True):
 
     specific_force_noise: float = 0.1
     angular_rate_noise: float = 6.0e-4
-    clipped_noise_factor: float = 10.0
+    clipped_noise_factor: float = 30.0
     zero_velocity_std: float = 0.01
     zero_velocity_lever: float = 0.03
     innovation_gate: float = 1.0e3
@@ -277,7 +279,7 @@ class HealthLimits(Section, frozen=True, kw_only=True):
         Roll and pitch uncertainty above which a start in motion still degrades the solution, rad.
     """
 
-    gap_intervals: float = 2.5
+    gap_intervals: float = 1.8
     memory: float = 1.0
     degraded_after: float = 3.0
     invalid_after: float = 15.0
@@ -302,16 +304,24 @@ class Output(Section, frozen=True, kw_only=True):
 class Config(Section, frozen=True, kw_only=True):
     """All settings; immutable.
 
-    Parameters
+    Attributes
     ----------
     sensor : Sensor
+        What is known of the inertial measurement unit.
     calibration : Calibration
+        Correction of raw readings.
     alignment : Alignment
+        The start of the walk.
     mechanization : Mechanization
+        The strapdown integration.
     detector : AdaptiveShoe, Shoe or MagnitudeVariance
+        The stance detector.
     filter : Filter
+        The error-state filter.
     health : HealthLimits
+        When the solution is called degraded or invalid.
     output : Output
+        Where the track lies on the Earth and how files are written.
 
     Raises
     ------
@@ -374,18 +384,14 @@ class Config(Section, frozen=True, kw_only=True):
 
     def to_json(self) -> bytes:
         """Return the settings as the core reads them."""
-        try:
-            return msgspec.json.encode(self)
-        except (TypeError, NotImplementedError) as error:
-            msg = f"a setting has a value that is no setting: {error}"
-            raise ConfigError(msg) from error
+        return encode(self)
 
     def save(self, path: str | Path) -> None:
         """Write all settings as TOML; the file is the old one or the whole new one."""
         import tomli_w
 
         with replacing(path) as file:
-            tomli_w.dump(_without_none(msgspec.to_builtins(self)), file)
+            tomli_w.dump(_without_none(msgspec.json.decode(self.to_json())), file)
 
 
 def load_config(path: str | Path) -> Config:
@@ -423,6 +429,40 @@ def load_config(path: str | Path) -> Config:
         raise ConfigError(f"{path}: {error}") from error
 
 
+def encode(settings: Section | dict[str, Any]) -> bytes:
+    """Return settings as JSON for the core.
+
+    Raises
+    ------
+    ConfigError
+        A value is of a type that no setting has, or a number is not finite: JSON would make nothing of it.
+    """
+    try:
+        values = msgspec.to_builtins(settings, enc_hook=_plain)
+    except TypeError as error:
+        msg = f"a setting has a value that is no setting: {error}"
+        raise ConfigError(msg) from error
+    _refuse_non_finite(values, "")
+    return msgspec.json.encode(values)
+
+
+def _plain(value: Any) -> Any:
+    """Turn NumPy's numbers and arrays into Python's."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    msg = f"{value!r}"
+    raise TypeError(msg)
+
+
+def _refuse_non_finite(value: Any, name: str) -> None:
+    if isinstance(value, float) and not math.isfinite(value):
+        msg = f"{name} = {value}: expected a finite number"
+        raise ConfigError(msg)
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, item in items:
+        _refuse_non_finite(item, f"{name}.{key}".lstrip("."))
+
+
 def _readable(error: msgspec.ValidationError) -> str:
     """Say a message such as "Expected `float`, got `str` - at `$.filter.rest_rate`" with the setting first."""
     text, _, place = str(error).partition(" - at `$.")
@@ -445,20 +485,23 @@ def _refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], pre
             continue
         if key not in section.__struct_fields__:
             raise ConfigError(_unknown(prefix + key, section.__struct_fields__))
-        if isinstance(value, dict):
-            _refuse_unknown(_section_for(types[key], value, prefix + key), value, f"{prefix}{key}.")
+        inner = _section_for(types[key], value, prefix + key)
+        if inner is not None:
+            _refuse_unknown(inner, value, f"{prefix}{key}.")
 
 
-def _section_for(declared: Any, settings: dict[str, Any], name: str) -> type[msgspec.Struct]:
+def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] | None:
     """Return the section that a table of settings is for, by its `kind` where several are possible."""
-    choices: dict[Any, type[msgspec.Struct]] = {choice.__struct_config__.tag: choice for choice in get_args(declared)}
-    kind = settings.get("kind")
-    if not choices:
-        return declared if isinstance(declared, type) and issubclass(declared, msgspec.Struct) else Section
-    if kind not in choices:
-        known = [str(tag) for tag in choices]
-        raise ConfigError(f"{name}.kind = {kind!r}: the known ones are {', '.join(known)}{_hint(str(kind), known)}")
-    return choices[kind]
+    sections = [c for c in (declared, *get_args(declared)) if isinstance(c, type) and issubclass(c, msgspec.Struct)]
+    if not sections or not isinstance(value, dict):
+        return None
+    if len(sections) == 1:
+        return sections[0]
+    kinds = {str(section.__struct_config__.tag): section for section in sections}
+    kind = value.get("kind")
+    if not isinstance(kind, str) or kind not in kinds:
+        raise ConfigError(f"{name}.kind = {kind!r}: the known ones are {', '.join(kinds)}{_hint(str(kind), list(kinds))}")
+    return kinds[kind]
 
 
 def _unknown(key: str, known: tuple[str, ...]) -> str:

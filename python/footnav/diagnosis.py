@@ -6,12 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footnav.config import HealthLimits
 from footnav.recording import STANDARD_GRAVITY, Floats, Recording
 
 Mask = NDArray[np.bool_]
-
-GAP = 1.5
-"""Intervals longer than this many medians are gaps."""
 
 CLIP_BAND = 0.005
 """Samples within this part of the full scale, or of a flat top, are clipped; calibration smears a clipped value."""
@@ -93,7 +91,7 @@ class Diagnosis:
     repeated : int
         Samples with the stamp of the one before.
     gaps : int
-        Intervals longer than 1.5 times the median.
+        Intervals longer than `HealthLimits.gap_intervals` medians.
     longest_gap, longest_gap_at : float
         Length of the longest gap and the stamp at which it starts, s; nan without gaps.
     clipping : tuple of Clipping
@@ -155,7 +153,7 @@ def diagnose(recording: Recording) -> Diagnosis:
     """
     intervals = np.diff(recording.t)
     median = 1.0 / recording.rate_hz
-    gap = intervals > GAP * median
+    gap = intervals > HealthLimits().gap_intervals * median
     longest = int(intervals.argmax()) if gap.any() else None
     clipped = {sensor: _clipped(recording, sensor) for sensor in _SENSORS}
     rest = _rest(recording)

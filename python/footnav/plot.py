@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from footnav.detection import Detection
+
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Detection = tuple[Floats, float, Flags]
 
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -129,19 +130,13 @@ def plot_velocity(traj: Trajectory, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def plot_detector(t: Floats, statistic: Floats, threshold: float, decision: Flags, ax: Axes | None = None) -> Axes:
-    """Draw a zero-velocity detector's statistic against its threshold, its decisions shaded.
+def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
+    """Draw a detector's statistic and threshold, with the stances shaded.
 
     Parameters
     ----------
-    t : (n,) ndarray
-        Stamps, s.
-    statistic : (n,) ndarray
-        In the detector's own unit; what is not positive has no place on the logarithmic axis and is left out.
-    threshold : float
-        In the same unit.
-    decision : (n,) ndarray of bool
-        True where the detector sees rest.
+    detection : Detection
+        As `footnav.detect` returns it, one sample or more.
     ax : Axes, optional
         Where to draw.
 
@@ -153,28 +148,22 @@ def plot_detector(t: Floats, statistic: Floats, threshold: float, decision: Flag
     Raises
     ------
     DataError
-        For arrays that differ in length or are empty, or a statistic or threshold that is nowhere positive.
+        For a detection without samples, or a statistic or threshold that is nowhere positive.
     FootnavError
         When matplotlib is missing.
     """
-    t, statistic, decision = np.asarray(t), np.asarray(statistic, float), np.asarray(decision, bool)
-    if not (len(t) == len(statistic) == len(decision) > 0):
-        raise DataError(
-            f"t, statistic and decision have {len(t)}, {len(statistic)} and {len(decision)} samples: expected as many, "
-            "one or more"
-        )
-    positive = statistic > 0
-    if not positive.any() or not threshold > 0:
-        raise DataError(f"threshold is {threshold}, the greatest statistic {statistic.max()}: expected both positive")
+    t, statistic, threshold = detection.t, detection.statistic, detection.threshold
+    if not (np.any(statistic > 0) and np.any(threshold > 0)):
+        raise DataError("the detection is empty, or its statistic or threshold is nowhere positive: nothing to draw")
     ax = _axes(ax, "time (s)", "detector statistic")
-    _shade(ax, t, decision)
+    _shade(ax, t, detection.decision)
     ax.set_yscale("log")
-    ax.plot(t, np.where(positive, statistic, np.nan), color=INK, lw=0.7)
-    ax.axhline(threshold, color=TRUTH, lw=1.0)
+    ax.plot(t, np.where(statistic > 0, statistic, np.nan), color=INK, lw=0.7)
+    ax.plot(t, np.where(threshold > 0, threshold, np.nan), color=TRUTH, lw=1.0)
+    last = np.flatnonzero(threshold > 0)[-1]
     ax.annotate(
-        f"threshold {threshold:.3g}",
-        (1, threshold),
-        xycoords=ax.get_yaxis_transform(),
+        "threshold",
+        (t[last], threshold[last]),
         xytext=(-3, 3),
         textcoords="offset points",
         ha="right",
@@ -202,8 +191,8 @@ def overview(
         The track.
     truth : optional
         As for `plot_track`.
-    detection : (statistic, threshold, decision), optional
-        As for `plot_detector`, at the samples of the track.
+    detection : Detection, optional
+        As for `plot_detector`.
     title : str, optional
         Default: the name of the track.
     align : str
@@ -230,7 +219,7 @@ def overview(
     plot_height(traj, truth, beside[0], align=align)
     plot_velocity(traj, beside[1])
     if detection is not None:
-        plot_detector(traj.t, *detection, ax=beside[2])
+        plot_detector(detection, beside[2])
     for ax in beside[:-1]:
         ax.set_xlabel("")
         ax.tick_params(labelbottom=False)
@@ -253,10 +242,18 @@ def save_overview(
 
     Parameters
     ----------
-    traj, truth, detection, title, align
+    traj : Trajectory
         As for `overview`.
     path : path
         ``.png``, ``.svg`` or ``.pdf``.
+    truth : optional
+        As for `overview`.
+    detection : Detection, optional
+        As for `overview`.
+    title : str, optional
+        As for `overview`.
+    align : str
+        As for `overview`.
 
     Raises
     ------

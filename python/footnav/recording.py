@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,20 @@ class Recording:
     def rate_hz(self) -> float:
         """Sampling rate, Hz: one over the median of the intervals that are longer than zero."""
         return 1.0 / _median_interval(self.t)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the recording to a ``.csv`` or ``.npz`` file, which `footnav.read` gives back to the bit.
+
+        Raises
+        ------
+        ConfigError
+            For another suffix.
+        FootnavError
+            For a file that cannot be written, which stays as it was.
+        """
+        from footnav.export.recording import save_recording
+
+        save_recording(self, path)
 
     def mean_magnetic_field(self, duration: float) -> tuple[float, float, float]:
         """Return the mean of the magnetometer over the start of the recording.

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from footnav import _core
-from footnav.config import IDENTITY, Matrix, Section, Vector
+from footnav.config import IDENTITY, Matrix, Section, Vector, encode
 from footnav.errors import ConfigError
 from footnav.recording import Recording
 from footnav.trajectory import Trajectory
@@ -266,7 +266,7 @@ def simulate(
         "sensor": sensor,
         "settings": {key: value for key, value in settings.items() if value is not None},
     }
-    columns = _core.simulate(msgspec.json.encode(plan))
+    columns = _core.simulate(encode(plan))
     name = f"simulated {seed}"
     recording = Recording(
         columns["t"],
@@ -292,4 +292,7 @@ def simulate(
 
 
 def _route(shape: str, *sizes: float) -> Route:
+    if not np.all(np.isfinite(sizes)):
+        msg = f"route {shape!r} with sizes {sizes}: expected finite numbers"
+        raise ConfigError(msg)
     return msgspec.json.decode(_core.route(shape, [float(size) for size in sizes]), type=Route)

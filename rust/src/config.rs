@@ -221,7 +221,7 @@ impl Default for AdaptiveShoeConfig {
             look_behind: 0.6,
             look_ahead: 0.6,
             factor: 1.5,
-            floor: 100.0,
+            floor: 500.0,
         }
     }
 }
@@ -297,7 +297,7 @@ impl Default for FilterConfig {
         Self {
             specific_force_noise: 0.1,
             angular_rate_noise: 6.0e-4,
-            clipped_noise_factor: 10.0,
+            clipped_noise_factor: 30.0,
             zero_velocity_std: 0.01,
             zero_velocity_lever: 0.03,
             innovation_gate: 1.0e3,
@@ -328,7 +328,7 @@ pub struct HealthConfig {
 
 impl Default for HealthConfig {
     fn default() -> Self {
-        Self { gap_intervals: 2.5, memory: 1.0, degraded_after: 3.0, invalid_after: 15.0, tilt_limit: 0.03 }
+        Self { gap_intervals: 1.8, memory: 1.0, degraded_after: 3.0, invalid_after: 15.0, tilt_limit: 0.03 }
     }
 }
 

@@ -38,6 +38,7 @@ type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyR
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<navigator::PyNavigator>()?;
     module.add_function(wrap_pyfunction!(default_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;

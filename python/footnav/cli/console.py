@@ -17,7 +17,7 @@ from footnav.errors import FootnavError, FootnavWarning
 TABLE_WIDTH = 120
 """Characters in a line of a table that does not go to a terminal."""
 
-_OPTIONS = re.compile(r"\b(rate_hz|t_unit|accel_unit|gyro_unit|accel_range|gyro_range|(?:foot|format)(?==))")
+_OPTIONS = re.compile(r"(?<![.\w])(rate_hz|t_unit|accel_unit|gyro_unit|accel_range|gyro_range|(?:foot|format)(?==))\b")
 """Options as the messages of the library spell them."""
 
 

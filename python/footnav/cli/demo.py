@@ -4,12 +4,11 @@ import time
 from pathlib import Path
 
 from footnav.cli.console import attending, make_folder, print_table
-from footnav.cli.report import as_text, judge
+from footnav.cli.report import as_text, beside_truth
 from footnav.config import Config
 from footnav.evaluation import evaluate
 from footnav.export.atomic import replacing
 from footnav.export.library import require
-from footnav.export.recording import save_recording
 from footnav.plot import save_overview
 from footnav.simulation import Route, simulate
 from footnav.tracking import track
@@ -41,16 +40,16 @@ def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
     require("matplotlib", "footnav[plot]")
     make_folder(out)
     recording, truth = simulate(Route.square(SIDE), "walk", "mpu6050", seed, rate_hz=RATE_HZ)
-    with attending("demo") as progress:
+    title = f"A simulated walk around a square of {SIDE:g} m with an MPU6050"
+    with attending(recording.name) as progress:
         started = time.perf_counter()
         trajectory = track(recording, Config.preset("mpu6050"), progress=progress)
         rate = len(recording) / (time.perf_counter() - started)
-        save_recording(recording, out / "recording.csv")
+        recording.save(out / "recording.csv")
         trajectory.save(out / "track.csv")
         trajectory.save(out / "track.geojson", origin=ORIGIN)
-        title = f"A simulated walk around a square of {SIDE:g} m with an MPU6050"
         save_overview(trajectory, out / "track.png", truth, title=title)
-    table = judge(trajectory.summary(), truth.summary(), evaluate(trajectory, truth), rate)
+    table = beside_truth(trajectory.summary(), truth.summary(), evaluate(trajectory, truth), rate)
     with replacing(out / "table.txt") as file:
         file.write(as_text(table).encode())
     print(title)

@@ -36,7 +36,7 @@ def describe(summary: Summary, written: Sequence[Path]) -> str:
     return "\n".join(lines)
 
 
-def compare(summaries: Sequence[Summary]) -> Table:
+def side_by_side(summaries: Sequence[Summary]) -> Table:
     """Put several walks side by side.
 
     Parameters
@@ -64,7 +64,7 @@ def compare(summaries: Sequence[Summary]) -> Table:
     return table
 
 
-def judge(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
+def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
     """Put a track beside the truth.
 
     Parameters

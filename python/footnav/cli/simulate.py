@@ -1,5 +1,6 @@
 """`footnav simulate`."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
@@ -7,7 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from footnav.errors import ConfigError
-from footnav.export.recording import check_suffix, save_recording
+from footnav.export.recording import check_suffix
 from footnav.simulation import Route, simulate
 
 Shape = Literal["square", "straight", "rectangle", "figure-of-eight", "out-and-back", "stairs"]
@@ -64,12 +65,14 @@ def simulate_walk(
     """
     out = out or Path(f"{route}.csv")
     check_suffix(out)
+    if truth == out:
+        raise ConfigError(f"--out and --truth are both {out}: two files are needed")
     recording, true_track = simulate(make_route(route, sizes), gait, sensor, seed, rate_hz=rate_hz)
-    save_recording(recording, out)
-    print(f"{out}: {len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz")
     if truth is not None:
         true_track.save(truth)
         print(f"{truth}: the truth, {true_track.distance:.2f} m")
+    recording.save(out)
+    print(f"{out}: {len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz")
     return 0
 
 
@@ -94,6 +97,9 @@ def make_route(shape: Shape, sizes: tuple[float, ...] = ()) -> Route:
         For too few or too many sizes, or one that makes no sense.
     """
     make, usual = _ROUTES[shape]
+    for size in sizes:
+        if not 0 < size < math.inf:
+            raise ConfigError(f"{shape} with size {size:g}: expected a positive number")
     if sizes and len(sizes) != len(usual):
         expected = "1 size" if len(usual) == 1 else f"{len(usual)} sizes"
         raise ConfigError(f"{shape} takes {expected}, not {len(sizes)}")

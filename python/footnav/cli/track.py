@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from footnav.cli.console import attending, caution, each_file, make_folder, print_table
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
-from footnav.cli.report import compare, describe
+from footnav.cli.report import describe, side_by_side
 from footnav.config import Config, load_config
 from footnav.diagnosis import diagnose
 from footnav.errors import ConfigError
@@ -54,7 +54,7 @@ def track_files(
     name: str | None = None,
     config: Path | None = None,
     preset: str | None = None,
-    origin: Annotated[tuple[float, float, float] | None, Parameter(metavar="LAT LON HEIGHT")] = None,
+    origin: tuple[float, float, float] | None = None,
     heading_deg: float | None = None,
     heading_from_magnetometer: Annotated[bool, Parameter(show_default=False)] = False,
     reading: Reading = AS_FOUND,
@@ -77,7 +77,7 @@ def track_files(
     preset : str, optional
         Settings for a known sensor: mpu6050, mti-g710, stim300, ngimu or vn100.
     origin : tuple of float, optional
-        Where the walk starts: degrees, degrees and m (WGS-84).
+        Where the walk starts: latitude, longitude and height, in degrees and m (WGS-84).
     heading_deg : float, optional
         Heading of the sensor's x axis at the start, degrees clockwise from north.
     heading_from_magnetometer : bool
@@ -103,7 +103,7 @@ def track_files(
 
     status = each_file(files, work)
     if len(summaries) > 1:
-        print_table(compare(summaries))
+        print_table(side_by_side(summaries))
     return status
 
 
@@ -138,11 +138,17 @@ def _settings(
         raise ConfigError("--config and --preset both give all settings; leave one out")
     if magnetic and heading_deg is not None:
         raise ConfigError("--heading-deg and --heading-from-magnetometer both give the heading; leave one out")
-    settings = load_config(config) if config else Config.preset(preset) if preset else Config()
+    settings = Config()
+    if config is not None:
+        settings = load_config(config)
+    if preset is not None:
+        settings = Config.preset(preset)
     if heading_deg is not None:
         aligned = settings.alignment.replace(heading_deg=heading_deg, magnetic_field=None)
         settings = settings.replace(alignment=aligned)
-    return settings if origin is None else settings.replace(output=settings.output.replace(origin=origin))
+    if origin is not None:
+        settings = settings.replace(output=settings.output.replace(origin=origin))
+    return settings
 
 
 def _formats(given: str | None) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ def _ned(vectors: Floats) -> Floats:
 
 
 def _ned_attitude(quaternion: Floats) -> Floats:
-    """q_ned = (1, 1, 0, 0) / sqrt(2) * q: half a turn about the axis between east and north."""
+    """Multiply by (1, 1, 0, 0) / sqrt(2) from the left: half a turn about the axis between east and north."""
     x, y, z, w = quaternion.T
     rotated: Floats = np.column_stack([w + z, w - z, y - x, -x - y]) / np.sqrt(2)
     return rotated

@@ -20,8 +20,8 @@ def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
     recording : Recording
         The samples.
     path : path
-        ``.csv``: header ``t,ax,ay,az,gx,gy,gz`` and, where present, magnetometer, pressure and temperature with their
-        units; all in SI.  A table has no place for the full scales: give them to `footnav.read` again.
+        ``.csv``: a header ``t (s),ax (m/s^2),...,gz (rad/s)`` and, where present, magnetometer, pressure and
+        temperature, with their units.  A table has no place for the full scales: give them to `footnav.read` again.
         ``.npz``: arrays named as the attributes of the recording, with the full scales.
 
     Raises
@@ -58,9 +58,9 @@ def _write_npz(recording: Recording, file: BinaryIO) -> None:
 
 def _columns(recording: Recording) -> dict[str, Floats]:
     """Columns of the table by title."""
-    columns = {"t": recording.t}
-    columns |= dict(zip(("ax", "ay", "az"), recording.accel.T, strict=True))
-    columns |= dict(zip(("gx", "gy", "gz"), recording.gyro.T, strict=True))
+    columns = {"t (s)": recording.t}
+    columns |= dict(zip(("ax (m/s^2)", "ay (m/s^2)", "az (m/s^2)"), recording.accel.T, strict=True))
+    columns |= dict(zip(("gx (rad/s)", "gy (rad/s)", "gz (rad/s)"), recording.gyro.T, strict=True))
     if recording.mag is not None:
         columns |= dict(zip(("mx (T)", "my (T)", "mz (T)"), recording.mag.T, strict=True))
     if recording.pressure is not None:

@@ -82,7 +82,7 @@ pub struct SensorErrors {
 
 impl SensorErrors {
     /// Names of the presets.
-    pub const PRESETS: [&'static str; 4] = ["ideal", "mpu6050", "mti_g710", "stim300"];
+    pub const PRESETS: [&'static str; 4] = ["ideal", "mpu6050", "mti-g710", "stim300"];
 
     /// No errors at all.
     #[must_use]
@@ -193,7 +193,7 @@ impl SensorErrors {
         match name {
             "ideal" => Ok(Self::ideal()),
             "mpu6050" => Ok(Self::mpu6050()),
-            "mti_g710" => Ok(Self::mti_g710()),
+            "mti-g710" => Ok(Self::mti_g710()),
             "stim300" => Ok(Self::stim300()),
             _ => Err(ConfigError::UnknownPreset { name: name.to_owned(), known: Self::PRESETS.join(", ") }),
         }
