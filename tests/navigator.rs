@@ -145,7 +145,7 @@ fn now_runs_ahead_of_the_solution_by_the_latency() {
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     for (k, sample) in samples.iter().enumerate() {
         navigator.push(sample).unwrap();
-        let now = navigator.now().unwrap();
+        let now = navigator.now().unwrap().unwrap();
         assert_eq!(now.time.to_bits(), sample.time.to_bits());
         if k > 400 {
             let error = (now.position - truth[k].position).norm();

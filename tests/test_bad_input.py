@@ -62,11 +62,14 @@ def assert_finite(states):
 
 
 def assert_sound(navigator):
-    """Check that what the navigator shows is finite or absent."""
+    """Check that what the navigator shows is finite or absent, and that a look ahead is finite or refused."""
     for name in ("position", "velocity", "quaternion", "gyro_bias", "accel_bias", "covariance"):
         value = getattr(navigator, name)
         assert value is None or np.isfinite(value).all(), name
-    now = navigator.now()
+    try:
+        now = navigator.now()
+    except NumericalError:
+        return
     assert now is None or all(np.isfinite(part).all() for part in (now.position, now.velocity, now.quaternion)), "now"
 
 
@@ -210,10 +213,11 @@ for value in (0.0, 5e-324, 1e18, 1e154, 1e300, 1.7976931348623157e308, float("in
             accel[n // 2 :] = value
             try:
                 navigator.push_block(np.arange(n) / 100, accel, accel)
+                navigator.now()
                 navigator.flush()
             except footnav.FootnavError:
                 pass
-            navigator.now(), navigator.health, navigator.covariance, navigator.reset()
+            navigator.health, navigator.covariance, navigator.reset()
 print("alive")
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)

@@ -85,7 +85,7 @@ def test_adaptive_shoe(window, behind, ahead, factor, floor):
     np.testing.assert_allclose(result.statistic, statistic, rtol=1e-9, equal_nan=True)
     inside = np.isfinite(statistic)
     lowest = [np.nanmin(statistic[max(0, k - behind) : k + ahead + 1]) for k in np.flatnonzero(inside)]
-    expected = np.maximum(factor * np.array(lowest), floor)
+    expected = np.clip(factor * np.array(lowest), floor, detector.ceiling)
     np.testing.assert_allclose(result.threshold[inside], expected, rtol=1e-9)
 
 

@@ -169,6 +169,8 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
         Multiple of the minimum up to which a sample is stationary.
     floor : float
         Statistic below which a sample is stationary however low the minimum is.
+    ceiling : float
+        Statistic above which a sample is never stationary.
     """
 
     window: float = 0.05
@@ -178,6 +180,7 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
     look_ahead: float = 0.6
     factor: float = 1.5
     floor: float = 500.0
+    ceiling: float = 2.0e5
 
 
 class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
@@ -500,7 +503,8 @@ def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] |
     kinds = {str(section.__struct_config__.tag): section for section in sections}
     kind = value.get("kind")
     if not isinstance(kind, str) or kind not in kinds:
-        raise ConfigError(f"{name}.kind = {kind!r}: the known ones are {', '.join(kinds)}{_hint(str(kind), list(kinds))}")
+        found = f"{name}.kind = {kind!r}" if "kind" in value else f"{name} has no kind"
+        raise ConfigError(f"{found}: the known ones are {', '.join(kinds)}{_hint(str(kind), list(kinds))}")
     return kinds[kind]
 
 

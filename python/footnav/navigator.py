@@ -11,6 +11,7 @@ from footnav import _core
 from footnav.config import Config
 from footnav.errors import DataError
 from footnav.health import Counters, Health, Reason
+from footnav.recording import to_floats
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -134,6 +135,11 @@ class Navigator(_core.Navigator):
         -------
         State or None
             None before the first sample; the origin while the start is aligned.
+
+        Raises
+        ------
+        NumericalError
+            The samples that wait for their decision are too large to integrate.
         """
         fields = self.state_now()
         return None if fields is None else State(**fields)
@@ -159,11 +165,7 @@ class Navigator(_core.Navigator):
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
     """Return what was given as an array of floats, or say what is wrong with it."""
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        msg = f"{name} is not an array of numbers: {error}"
-        raise DataError(msg) from error
+    array = to_floats(name, values)
     if array.ndim != dimensions:
         expected = "(n,)" if dimensions == 1 else "(n, 3)"
         msg = f"{name} has shape {array.shape}; expected {expected}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -291,29 +291,13 @@ def _axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
 
 
 def _mark_ends(ax: Axes, position: Floats) -> None:
-    """Mark both ends, labelled on opposite sides, since a closed walk has them in one place."""
-    marks: list[tuple[str, int, str, tuple[int, int], Any]] = [
-        ("start", 0, "o", (-6, 6), "right"),
-        ("end", -1, "s", (6, -12), "left"),
-    ]
-    for label, row, marker, offset, side in marks:
-        x, y = position[row, :2]
-        ax.plot(x, y, marker, mfc="white", mec=INK, mew=1.2, ms=7 if marker == "o" else 5, zorder=5)
-        ax.annotate(
-            label,
-            (x, y),
-            xytext=offset,
-            textcoords="offset points",
-            ha=side,
-            fontsize=9,
-            color=INK,
-            bbox=BEHIND_TEXT,
-            zorder=4.5,
-        )
+    """Mark both ends; the legend names them, since a closed walk has them in one place."""
+    for label, row, marker, size in (("start", 0, "o", 8), ("end", -1, "s", 5)):
+        ax.plot(*position[row, :2], marker, mfc="white", mec=INK, mew=1.2, ms=size, label=label, lw=0, zorder=5)
 
 
 def _legend_above(ax: Axes) -> None:
-    legend = ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize=8, borderaxespad=0)
+    legend = ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=5, frameon=False, fontsize=8, borderaxespad=0)
     for text in legend.get_texts():
         text.set_color(INK)
 

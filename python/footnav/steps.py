@@ -5,8 +5,7 @@ with the SHOE statistic at three thresholds within a decade):
 
 - LONGEST_BRIDGED_MOTION: a swing takes about 0.4 s in walking.  Of the motions shorter than 0.1 s between two rests, at
   most one in a hundred carried the foot 0.05 m: they are doubts of the detector within one stance.
-- SHORTEST_STANCE: even a sprinter's foot is on the ground for about 0.1 s.  Of the rests shorter than 0.03 s, between a
-  fifth and a half fell on a foot faster than 0.3 m/s, of the longer ones about a tenth.
+- A stance may be as short as one sample: of a running foot's, the default detector believes no more.
 - LONGEST_HALF_STANCE: a stride is measured between the middles of two stances, where the foot is flattest, because the
   ends of a detected stance reach into heel strike and push-off.  Of a long rest only the half second next to the
   stride belongs to it, so that standing still makes no slow stride.
@@ -23,7 +22,6 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LONGEST_BRIDGED_MOTION = 0.1
-SHORTEST_STANCE = 0.03
 LONGEST_HALF_STANCE = 0.5
 SHORTEST_STRIDE = 0.05
 
@@ -94,9 +92,7 @@ def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, 
     first, last = _runs(zero_velocity)
     apart = _elapsed(t, last[:-1], first[1:]) >= LONGEST_BRIDGED_MOTION
     first = first[np.append(np.ones(min(len(first), 1), bool), apart)]
-    last = last[np.append(apart, np.ones(min(len(last), 1), bool))]
-    long_enough = _elapsed(t, first, last) >= SHORTEST_STANCE
-    return first[long_enough], last[long_enough]
+    return first, last[np.append(apart, np.ones(min(len(last), 1), bool))]
 
 
 def find_steps(t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]) -> Steps:

@@ -15,6 +15,7 @@ use crate::config::{AlignmentConfig, Axis, Levelling};
 use crate::error::DataError;
 use crate::rotation;
 use crate::sample::ImuSample;
+use crate::strapdown::Strapdown;
 
 /// Length of a block of rest, s.
 const BLOCK: f64 = 0.1;
@@ -62,6 +63,7 @@ pub struct Aligned {
 pub(crate) struct Alignment {
     config: AlignmentConfig,
     gravity: f64,
+    earth_rate: Vector3<f64>,
     samples_per_block: u32,
     blocks_wanted: u32,
     blocks: u32,
@@ -70,12 +72,13 @@ pub(crate) struct Alignment {
 }
 
 impl Alignment {
-    pub(crate) fn new(config: AlignmentConfig, gravity: f64, nominal_interval: f64) -> Self {
+    pub(crate) fn new(config: AlignmentConfig, strapdown: &Strapdown) -> Self {
         Self {
-            samples_per_block: count(BLOCK / nominal_interval).max(2),
+            samples_per_block: count(BLOCK / strapdown.nominal_interval).max(2),
             blocks_wanted: count(config.duration / BLOCK).max(1),
             config,
-            gravity,
+            gravity: strapdown.gravity,
+            earth_rate: strapdown.earth_rate,
             blocks: 0,
             rest: Means::default(),
             block: Means::default(),
@@ -127,8 +130,10 @@ impl Alignment {
         if at_rest && !PLAUSIBLE_GRAVITY.contains(&(force.norm() / self.gravity)) {
             return Err(DataError::NotGravity { magnitude: force.norm() });
         }
-        let gyro_bias = if at_rest { means.angular_rate() } else { Vector3::zeros() };
-        Ok(Aligned { attitude: self.towards_heading(self.level(&force))?, gyro_bias, at_rest, rest })
+        let attitude = self.towards_heading(self.level(&force))?;
+        let gyro_bias =
+            if at_rest { means.angular_rate() - attitude.inverse() * self.earth_rate } else { Vector3::zeros() };
+        Ok(Aligned { attitude, gyro_bias, at_rest, rest })
     }
 
     fn level(&self, force: &Vector3<f64>) -> UnitQuaternion<f64> {
@@ -259,6 +264,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::strapdown::MechanizationKind;
 
     const G: f64 = 9.806;
 
@@ -272,7 +278,9 @@ mod tests {
     }
 
     fn align(config: AlignmentConfig, mut sample: impl FnMut(u32) -> ImuSample) -> Result<Aligned, DataError> {
-        let mut alignment = Alignment::new(config, G, 0.005);
+        let kind = MechanizationKind::default();
+        let strapdown = Strapdown { kind, gravity: G, earth_rate: Vector3::zeros(), nominal_interval: 0.005 };
+        let mut alignment = Alignment::new(config, &strapdown);
         for k in 0..1000 {
             if let Some(aligned) = alignment.push(&sample(k))? {
                 return Ok(aligned);

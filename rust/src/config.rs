@@ -210,6 +210,8 @@ pub struct AdaptiveShoeConfig {
     pub factor: f64,
     /// Statistic below which a sample is stationary however low the minimum is: at rest the minimum is mere noise.
     pub floor: f64,
+    /// Statistic above which a sample is never stationary: a foot that is shaken all the time has minima too.
+    pub ceiling: f64,
 }
 
 impl Default for AdaptiveShoeConfig {
@@ -222,6 +224,7 @@ impl Default for AdaptiveShoeConfig {
             look_ahead: 0.6,
             factor: 1.5,
             floor: 500.0,
+            ceiling: 2.0e5,
         }
     }
 }
@@ -469,7 +472,8 @@ impl AdaptiveShoeConfig {
         within("detector.look_behind", self.look_behind, 0.0, 10.0, "between 0 and 10 s")?;
         within("detector.look_ahead", self.look_ahead, 0.0, 10.0, "between 0 and 10 s")?;
         within("detector.factor", self.factor, 1.0, f64::MAX, "at least 1")?;
-        at_least_zero("detector.floor", self.floor)
+        at_least_zero("detector.floor", self.floor)?;
+        within("detector.ceiling", self.ceiling, self.floor, f64::MAX, "at least detector.floor")
     }
 }
 

@@ -8,6 +8,8 @@
 
 use crate::calibration::Calibrator;
 use crate::config::{Config, DetectorConfig};
+use crate::error::ConfigError;
+use crate::navigator::whole_hertz;
 use crate::sample::ImuSample;
 
 mod adaptive_shoe;
@@ -24,7 +26,7 @@ pub use shoe::Shoe;
 pub struct Decision {
     /// The test statistic; NaN where the window was not full.
     pub statistic: f64,
-    /// The value below which the statistic means stance.
+    /// The value below which the statistic means stance; NaN where the window was not full.
     pub threshold: f64,
     /// Whether the foot is taken to be at rest on the ground.
     pub stationary: bool,
@@ -33,6 +35,14 @@ pub struct Decision {
 impl Decision {
     /// No answer: a window that is not full.
     const UNKNOWN: Self = Self { statistic: f64::NAN, threshold: f64::NAN, stationary: false };
+
+    /// Stationary up to the threshold; no answer for a statistic that is NaN.
+    fn up_to(threshold: f64, statistic: f64) -> Self {
+        if statistic.is_nan() {
+            return Self::UNKNOWN;
+        }
+        Self { statistic, threshold, stationary: statistic <= threshold }
+    }
 }
 
 /// A stance detector that takes one calibrated sample after the other.
@@ -65,12 +75,15 @@ impl DetectorConfig {
     }
 }
 
-/// The decisions of the configured detector about calibrated samples at `rate_hz`, one per sample.
-#[must_use]
-pub fn decide_all(config: &Config, rate_hz: f64, samples: &[ImuSample]) -> Vec<Decision> {
+/// The decisions of the configured detector about raw samples at about `rate_hz`, one per sample: those that a navigator would follow.
+///
+/// # Errors
+/// [`ConfigError`] for a setting or a rate out of range.
+pub fn decide_all(config: &Config, rate_hz: f64, samples: &[ImuSample]) -> Result<Vec<Decision>, ConfigError> {
+    config.validate()?;
     let calibrator = Calibrator::new(&config.calibration);
-    let mut detector = config.detector.build(rate_hz, config.gravity());
+    let mut detector = config.detector.build(whole_hertz(rate_hz)?, config.gravity());
     let mut decisions: Vec<Decision> = samples.iter().filter_map(|raw| detector.push(&calibrator.apply(raw))).collect();
     decisions.extend(std::iter::from_fn(|| detector.drain()));
-    decisions
+    Ok(decisions)
 }

@@ -139,10 +139,11 @@ impl ErrorStateFilter {
         self.observe(Block::Velocity, &innovation, variance, self.gate)
     }
 
-    /// Zero-angular-rate update: the foot does not turn, up to `std` (rad/s), so the gyroscope reads its bias.
+    /// Zero-angular-rate update: the foot turns with the Earth alone, up to `std` (rad/s); the rest of what the gyroscope reads is its bias.
     #[inline]
     pub fn zero_angular_rate(&mut self, sample: &ImuSample, std: f64) -> Update {
-        let innovation = sample.angular_rate - self.estimate.gyro_bias;
+        let earth_rate = self.estimate.nav.attitude.inverse() * self.earth_rate;
+        let innovation = sample.angular_rate - earth_rate - self.estimate.gyro_bias;
         self.observe(Block::GyroBias, &innovation, std * std, self.gate)
     }
 

@@ -46,7 +46,6 @@ pub struct Solution {
 /// solutions stay at the origin and say so in their reasons.
 pub struct Navigator {
     config: Config,
-    nominal_interval: f64,
     intake: Intake,
     calibrator: Calibrator,
     detector: Box<dyn Detector>,
@@ -101,20 +100,20 @@ impl Navigator {
         let (gravity, mechanization) = (config.gravity(), &config.mechanization);
         let latitude = config.latitude_deg().to_radians();
         let earth_rate = if mechanization.earth_rate { earth::rotation_rate(latitude) } else { Vector3::zeros() };
+        let strapdown = Strapdown { kind: mechanization.kind, gravity, earth_rate, nominal_interval };
         Ok(Self {
             intake: Intake::new(&config, nominal_interval),
             calibrator: Calibrator::new(&config.calibration),
             pending: VecDeque::with_capacity(detector.latency() + 1),
             detector,
-            strapdown: Strapdown { kind: mechanization.kind, gravity, earth_rate, nominal_interval },
-            phase: Phase::Aligning(Alignment::new(config.alignment.clone(), gravity, nominal_interval)),
+            strapdown,
+            phase: Phase::Aligning(Alignment::new(config.alignment.clone(), &strapdown)),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
             first_time: None,
             newest: None,
             ended: false,
             failure: None,
-            nominal_interval,
             config,
         })
     }
@@ -174,12 +173,8 @@ impl Navigator {
     pub fn reset(&mut self) {
         self.detector.reset();
         self.pending.clear();
-        self.intake = Intake::new(&self.config, self.nominal_interval);
-        self.phase = Phase::Aligning(Alignment::new(
-            self.config.alignment.clone(),
-            self.strapdown.gravity,
-            self.nominal_interval,
-        ));
+        self.intake = Intake::new(&self.config, self.strapdown.nominal_interval);
+        self.phase = Phase::Aligning(Alignment::new(self.config.alignment.clone(), &self.strapdown));
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
         self.first_time = None;
@@ -203,21 +198,16 @@ impl Navigator {
     /// The state at the newest sample: the newest solution carried forward by the strapdown alone.
     ///
     /// While the start is aligned that is the origin, levelled by the newest sample.  None before the first sample.
-    #[must_use]
-    pub fn now(&self) -> Option<NavState> {
-        match &self.phase {
-            Phase::Walking(walk) => {
-                let mut walk = walk.clone();
-                for arrived in &self.pending {
-                    walk.propagate(&self.strapdown, &arrived.sample);
-                }
-                Some(walk.filter.estimate.nav)
-            }
-            Phase::Aligning(_) => {
-                let newest = self.newest?;
-                Some(NavState::at_rest(newest.time, level_by_arctangent(&newest.specific_force)))
-            }
-        }
+    ///
+    /// # Errors
+    /// [`NumericalError`] when the samples that wait for their decision are too large to integrate.
+    pub fn now(&self) -> Result<Option<NavState>, NumericalError> {
+        let Some(newest) = self.newest else { return Ok(None) };
+        let state = match &self.phase {
+            Phase::Walking(walk) => walk.ahead(&self.strapdown, self.pending.iter().map(|arrived| &arrived.sample)),
+            Phase::Aligning(_) => NavState::at_rest(newest.time, level_by_arctangent(&newest.specific_force)),
+        };
+        if state.is_finite() { Ok(Some(state)) } else { Err(NumericalError::StateNotFinite { time: newest.time }) }
     }
 
     /// Covariance of the error states; none while the start is being aligned.
@@ -304,7 +294,7 @@ impl Solution {
 }
 
 /// The rate rounded to whole hertz.
-fn whole_hertz(rate_hz: f64) -> Result<f64, ConfigError> {
+pub(crate) fn whole_hertz(rate_hz: f64) -> Result<f64, ConfigError> {
     if (SLOWEST_RATE..=FASTEST_RATE).contains(&rate_hz) {
         return Ok(rate_hz.round());
     }

@@ -94,9 +94,8 @@ fn detect<'py>(
     gyro: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config: Config = from_json(config)?;
-    config.validate()?;
     let samples = rows(&(t, accel, gyro))?;
-    let decisions = py.detach(|| crate::detector::decide_all(&config, rate_hz, &samples));
+    let decisions = py.detach(|| crate::detector::decide_all(&config, rate_hz, &samples))?;
     let columns = PyDict::new(py);
     columns.set_item("statistic", PyArray1::from_iter(py, decisions.iter().map(|d| d.statistic)))?;
     columns.set_item("threshold", PyArray1::from_iter(py, decisions.iter().map(|d| d.threshold)))?;

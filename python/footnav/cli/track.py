@@ -13,7 +13,6 @@ from footnav.cli.console import attending, caution, each_file, make_folder, prin
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import describe, side_by_side
 from footnav.config import Config, load_config
-from footnav.diagnosis import diagnose
 from footnav.errors import ConfigError
 from footnav.plot import PICTURES, save_overview
 from footnav.recording import Recording
@@ -109,8 +108,6 @@ def track_files(
 
 def _track(name: str, recording: Recording, task: Task) -> Summary:
     """Track one walk, write it, and print what became of it."""
-    for finding in diagnose(recording).findings:
-        caution(recording.name, finding)
     with attending(recording.name) as progress:
         config = task.config.with_heading_from(recording) if task.magnetic else task.config
         trajectory = dataclasses.replace(track(recording, config, progress=progress), name=name)

@@ -2,7 +2,7 @@
 //!
 //! How still a foot gets in stance depends on the person, the gait and the sensor, by factors of a thousand; that it gets stiller there than anywhere else in the
 //! stride does not.  So a sample is stationary where its statistic is within a small factor of the least one around it, or below a floor that no moving foot
-//! reaches.
+//! reaches; and never above a ceiling that no standing foot reaches.
 
 use std::collections::VecDeque;
 
@@ -24,6 +24,7 @@ pub struct AdaptiveShoe {
     look_ahead: usize,
     factor: f64,
     floor: f64,
+    ceiling: f64,
 }
 
 impl AdaptiveShoe {
@@ -39,6 +40,7 @@ impl AdaptiveShoe {
             look_ahead,
             factor: config.factor,
             floor: config.floor,
+            ceiling: config.ceiling,
         }
     }
 
@@ -52,8 +54,8 @@ impl AdaptiveShoe {
     }
 
     fn decide(&self, statistic: f64) -> Decision {
-        let threshold = self.minimum.get().map_or(self.floor, |minimum| (self.factor * minimum).max(self.floor));
-        Decision { statistic, threshold, stationary: statistic <= threshold }
+        let threshold = self.minimum.get().map_or(f64::NAN, |minimum| self.factor * minimum);
+        Decision::up_to(threshold.max(self.floor).min(self.ceiling), statistic)
     }
 }
 

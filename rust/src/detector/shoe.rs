@@ -69,10 +69,6 @@ impl Shoe {
         let statistic = ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity);
         Self { statistic, threshold: config.threshold }
     }
-
-    fn decide(&self, statistic: f64) -> Decision {
-        Decision { statistic, threshold: self.threshold, stationary: statistic < self.threshold }
-    }
 }
 
 impl Detector for Shoe {
@@ -81,11 +77,11 @@ impl Detector for Shoe {
     }
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
-        self.statistic.push(sample).map(|statistic| self.decide(statistic))
+        self.statistic.push(sample).map(|statistic| Decision::up_to(self.threshold, statistic))
     }
 
     fn drain(&mut self) -> Option<Decision> {
-        self.statistic.drain().map(|statistic| self.decide(statistic))
+        self.statistic.drain().map(|statistic| Decision::up_to(self.threshold, statistic))
     }
 
     fn reset(&mut self) {

@@ -7,7 +7,7 @@ use crate::filter::{ErrorStateFilter, Estimate};
 use crate::health::{HealthMonitor, Reasons};
 use crate::navigator::Solution;
 use crate::sample::ImuSample;
-use crate::strapdown::{Increments, Step, Strapdown};
+use crate::strapdown::{Increments, NavState, Step, Strapdown};
 
 /// The filter, with what it must remember from one sample to the next.
 #[derive(Clone)]
@@ -62,6 +62,15 @@ impl Walk {
         self.previous = *sample;
         self.increments = now;
         step
+    }
+
+    /// Where the strapdown alone leads from here.
+    pub(super) fn ahead<'a>(&self, strapdown: &Strapdown, samples: impl Iterator<Item = &'a ImuSample>) -> NavState {
+        let mut walk = self.clone();
+        for sample in samples {
+            walk.propagate(strapdown, sample);
+        }
+        walk.filter.estimate.nav
     }
 
     /// Zero-velocity update; a foot that stays still against the filter's belief is right in the end.

@@ -56,7 +56,8 @@ impl PyNavigator {
     }
 
     fn state_now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.inner.now().map(|state| state_columns(py, &state)).transpose()
+        let state = self.inner.now().map_err(Error::from)?;
+        state.map(|state| state_columns(py, &state)).transpose()
     }
 
     fn health_fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

@@ -61,7 +61,9 @@ fn count(value: f64) -> PyResult<u32> {
     if value.fract() == 0.0 && (1.0..1.0e4).contains(&value) {
         return Ok(value as u32);
     }
-    Err(ConfigError::new_err(format!("{value} is not a number of floors or risers: expected a whole number from 1 to 9999")))
+    Err(ConfigError::new_err(format!(
+        "{value} is not a number of floors or risers: expected a whole number from 1 to 9999"
+    )))
 }
 
 fn columns<'py>(py: Python<'py>, walk: &Walk) -> PyResult<Bound<'py, PyDict>> {
@@ -72,7 +74,8 @@ fn columns<'py>(py: Python<'py>, walk: &Walk) -> PyResult<Bound<'py, PyDict>> {
     fields.set_item("gyro", vectors(&mut walk.samples.iter().map(|sample| sample.angular_rate))?)?;
     fields.set_item("position", vectors(&mut walk.truth.iter().map(|state| state.position))?)?;
     fields.set_item("velocity", vectors(&mut walk.truth.iter().map(|state| state.velocity))?)?;
-    fields.set_item("quaternion", matrix(py, walk.truth.iter().map(|state| state.attitude.coords.into()).collect())?)?;
+    fields
+        .set_item("quaternion", matrix(py, walk.truth.iter().map(|state| state.attitude.coords.into()).collect())?)?;
     fields.set_item("stance", PyArray1::from_slice(py, &walk.stance))?;
     fields.set_item("gyro_bias", vectors(&mut walk.gyro_bias.iter().copied())?)?;
     fields.set_item("accel_bias", vectors(&mut walk.accel_bias.iter().copied())?)?;
