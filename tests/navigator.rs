@@ -177,6 +177,17 @@ fn numbers_too_large_to_integrate_end_in_an_error_that_stays() {
 }
 
 #[test]
+fn a_start_that_cannot_be_aligned_is_an_error_that_stays() {
+    let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
+    let in_g = |k: u32| ImuSample::new(f64::from(k) / RATE, [0.0, 0.0, 1.0], [0.0; 3]);
+    let error = (0..400).find_map(|k| navigator.push(&in_g(k)).err()).unwrap();
+    assert!(error.to_string().contains("it looks like g"), "{error}");
+    assert_eq!(navigator.push(&in_g(1000)).unwrap_err(), error);
+    navigator.reset();
+    assert_eq!(navigator.push(&in_g(0)).unwrap(), None);
+}
+
+#[test]
 fn a_detector_of_ones_own_can_be_plugged_in() {
     struct Never;
     impl Detector for Never {

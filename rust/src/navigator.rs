@@ -58,7 +58,7 @@ pub struct Navigator {
     first_time: Option<f64>,
     newest: Option<ImuSample>,
     ended: bool,
-    failure: Option<NumericalError>,
+    failure: Option<Error>,
 }
 
 /// A calibrated sample and what is held against it.
@@ -122,7 +122,8 @@ impl Navigator {
     ///
     /// # Errors
     /// [`DataError`] for a sample that is not finite or goes back in time: it is refused and counted, and the next good one goes on after a gap.
-    /// [`NumericalError`] when the filter cannot go on; every later call repeats it until [`Navigator::reset`].
+    /// [`DataError`] when the start cannot be aligned and [`NumericalError`] when the filter cannot go on; every later call repeats these until
+    /// [`Navigator::reset`].
     #[inline]
     pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
         self.check_running()?;
@@ -248,32 +249,39 @@ impl Navigator {
 
     fn check_running(&self) -> Result<(), Error> {
         match &self.failure {
-            Some(failure) => Err(failure.clone().into()),
+            Some(failure) => Err(failure.clone()),
             None if self.ended => Err(DataError::AfterFlush.into()),
             None => Ok(()),
         }
     }
 
-    /// Gives the oldest waiting sample its decision and solves it.
+    /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since the sample is lost.
     #[inline]
     fn release(&mut self, decision: &Decision) -> Result<Option<Solution>, Error> {
-        let Some(Arrived { sample, events }) = self.pending.pop_front() else { return Ok(None) };
-        let solution = match &mut self.phase {
-            Phase::Walking(walk) => walk
-                .update(&self.strapdown, &self.config.filter, &mut self.monitor, &sample, events, decision)
-                .inspect_err(|failure| self.failure = Some(failure.clone()))?,
-            Phase::Aligning(alignment) => match alignment.push(&sample)? {
-                None => Solution::at_start(&sample, alignment.attitude_so_far(), events, decision),
+        let Some(arrived) = self.pending.pop_front() else { return Ok(None) };
+        let solution = self.solve(&arrived, decision).inspect_err(|failure| self.failure = Some(failure.clone()))?;
+        self.latest = Some(solution);
+        Ok(Some(solution))
+    }
+
+    #[inline]
+    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
+        let Arrived { sample, events } = arrived;
+        match &mut self.phase {
+            Phase::Walking(walk) => {
+                let config = &self.config.filter;
+                Ok(walk.update(&self.strapdown, config, &mut self.monitor, sample, *events, decision)?)
+            }
+            Phase::Aligning(alignment) => match alignment.push(sample)? {
+                None => Ok(Solution::at_start(sample, alignment.attitude_so_far(), *events, decision)),
                 Some(aligned) => {
                     let filter = ErrorStateFilter::new(&self.config, &aligned, sample.time, self.strapdown.earth_rate);
                     self.monitor.aligned(sample.time, aligned.at_rest);
-                    self.phase = Phase::Walking(Walk::new(filter, &sample));
-                    Solution::at_start(&sample, aligned.attitude, events, decision)
+                    self.phase = Phase::Walking(Walk::new(filter, sample));
+                    Ok(Solution::at_start(sample, aligned.attitude, *events, decision))
                 }
             },
-        };
-        self.latest = Some(solution);
-        Ok(Some(solution))
+        }
     }
 }
 

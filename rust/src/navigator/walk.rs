@@ -40,7 +40,7 @@ impl Walk {
         if decision.stationary && step.dt > 0.0 {
             monitor.zero_velocity(sample.time, self.zero_velocity(config, sample));
         }
-        if self.rests(config, sample, step.dt) {
+        if self.rests(config, sample, step.dt, events) {
             monitor.zero_angular_rate(self.filter.zero_angular_rate(sample, config.zero_angular_rate_std).accepted);
         }
         self.filter.check()?;
@@ -85,8 +85,9 @@ impl Walk {
 
     /// Whether the foot has not turned for so long that the gyroscope reads its own bias.
     #[inline]
-    fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64) -> bool {
-        let still = self.angular_rate_squared(sample) < config.rest_rate.powi(2);
+    fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64, events: Reasons) -> bool {
+        let seen = !events.intersects(Reasons::GAP | Reasons::REFUSED);
+        let still = seen && self.angular_rate_squared(sample) < config.rest_rate.powi(2);
         self.still_for = if still { self.still_for + dt } else { 0.0 };
         config.zero_angular_rate && dt > 0.0 && self.still_for >= config.rest_duration
     }
