@@ -112,6 +112,41 @@ fn a_bad_sample_is_refused_counted_and_bridged() {
 }
 
 #[test]
+fn the_uncertainty_covers_what_happens_in_a_gap() {
+    let mut beyond_three_sigma = 0;
+    for seed in 0..20_u32 {
+        let Walk { samples, truth, .. } = walk(&SensorErrors::ideal(), u64::from(seed));
+        let start = 450 + 13 * seed as usize;
+        for missing in [10, 25, 50] {
+            let gappy: Vec<ImuSample> = [&samples[..start], &samples[start + missing..]].concat();
+            let (trajectory, health) = track(&gappy, &Config::default()).unwrap();
+            let (error, std) = (trajectory.position.last().unwrap(), trajectory.position_std.last().unwrap());
+            let end = truth.last().unwrap().position;
+            let sigmas = (end.x - error[0]).hypot(end.y - error[1]) / std[0].hypot(std[1]);
+            beyond_three_sigma += usize::from(sigmas > 3.0);
+            assert!(health.reasons.contains(Reasons::GAP));
+        }
+    }
+    assert!(beyond_three_sigma <= 6, "{beyond_three_sigma} of 60 walks end more than three sigma away");
+}
+
+#[test]
+fn a_walk_goes_on_after_hours_without_samples_and_says_that_it_is_lost() {
+    let samples = walk(&SensorErrors::mpu6050(), 1).samples;
+    for hours in [0.001, 1.0, 10_000.0] {
+        let mut gappy = samples.clone();
+        for sample in &mut gappy[700..] {
+            sample.time += 3600.0 * hours;
+        }
+        let (trajectory, health) = track(&gappy, &Config::default()).unwrap();
+        let [x, y, z] = *trajectory.position.last().unwrap();
+        assert!(x.hypot(y).hypot(z) < 20.0, "{x} {y} {z}");
+        assert!(trajectory.position_std.last().unwrap()[0] > 1.5 * 3600.0 * hours);
+        assert_eq!(health.reasons.status(), Status::Invalid);
+    }
+}
+
+#[test]
 fn a_block_with_a_bad_sample_leaves_the_navigator_as_it_was() {
     let samples = walk(&SensorErrors::mpu6050(), 2).samples;
     let mut broken = samples.clone();
@@ -159,8 +194,10 @@ fn too_few_samples_are_no_walk() {
     let samples = walk(&SensorErrors::ideal(), 0).samples;
     let error = track(&samples[..50], &Config::default()).unwrap_err();
     assert!(error.to_string().starts_with("50 samples over 0.49 s are too few"), "{error}");
-    let error = track(&samples[..1], &Config::default()).unwrap_err();
-    assert!(error.to_string().starts_with("rate_hz"), "{error}");
+    for few in [0, 1] {
+        let error = track(&samples[..few], &Config::default()).unwrap_err();
+        assert!(matches!(error, Error::Data(DataError::TooShort { .. })), "{error}");
+    }
 }
 
 #[test]

@@ -32,6 +32,7 @@ impl PyNavigator {
         Ok(self.inner.push(&sample)?.is_some())
     }
 
+    #[pyo3(name = "_push_columns")]
     fn push_columns<'py>(
         &mut self,
         py: Python<'py>,
@@ -43,10 +44,12 @@ impl PyNavigator {
         columns(py, py.detach(|| self.inner.push_block(&samples))?)
     }
 
+    #[pyo3(name = "_flush_columns")]
     fn flush_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns(py, py.detach(|| self.inner.flush())?)
     }
 
+    #[pyo3(name = "_check_aligned")]
     fn check_aligned(&self) -> PyResult<()> {
         Ok(self.inner.check_aligned().map_err(Error::from)?)
     }
@@ -55,13 +58,15 @@ impl PyNavigator {
         self.inner.reset();
     }
 
+    #[pyo3(name = "_state_now")]
     fn state_now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let state = self.inner.now().map_err(Error::from)?;
         state.map(|state| state_columns(py, &state)).transpose()
     }
 
-    fn health_fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let health = self.inner.health();
+    #[pyo3(name = "_health_fields")]
+    fn health_fields<'py>(&self, py: Python<'py>, of_walk: bool) -> PyResult<Bound<'py, PyDict>> {
+        let health = if of_walk { self.inner.health_of_walk() } else { self.inner.health() };
         let counters = PyDict::new(py);
         counters.set_item("samples", health.counters.samples)?;
         counters.set_item("repeated", health.counters.repeated)?;
