@@ -275,7 +275,7 @@ def test_a_warning_is_one_line(run, recording):
     outcome = run("track", "gappy.csv", "--formats", "csv")
     assert outcome.status == 0
     (warning,) = outcome.err.splitlines()
-    assert warning.startswith("gappy.csv: warning: samples are missing in 1 places")
+    assert warning.startswith("gappy.csv: warning: samples are missing in 1 place")
 
 
 def test_several_walks_are_compared_in_a_table(run, walk, recording):

@@ -246,7 +246,8 @@ class Filter(Section, frozen=True, kw_only=True):
     innovation_gate : float
         Squared Mahalanobis distance beyond which a zero velocity or zero angular rate is rejected.
     rejection_limit : float
-        Time of rejection within one stance after which a zero velocity is believed all the same, s.
+        Time in stance, over one or several of them, with nothing but rejections after which a zero velocity is believed
+        all the same, s.
     zero_angular_rate : bool
         Whether rest corrects the gyroscope's bias.
     zero_angular_rate_std : float

@@ -11,6 +11,10 @@ class Status(str, Enum):
     DEGRADED = "DEGRADED"
     INVALID = "INVALID"
 
+    def __str__(self) -> str:
+        """Return the verdict as a word."""
+        return self.value
+
 
 class Reason(IntFlag):
     """What speaks against a state, one bit each."""

@@ -82,7 +82,7 @@ def _warn(name: str, health: Health) -> None:
     counters, reasons = health.counters, health.reasons
     findings = {
         f"{counters.repeated:,} samples repeat the stamp of the one before": counters.repeated,
-        f"samples are missing in {counters.gaps:,} places": counters.gaps,
+        f"samples are missing in {counters.gaps:,} place{'s' if counters.gaps > 1 else ''}": counters.gaps,
         f"{counters.clipped:,} samples are clipped at full scale: choose a wider range": counters.clipped,
         "the recording starts in motion: keep the foot still for a second first": Reason.MOVING_START in reasons,
         "the foot was not seen at rest for too long": Reason.NO_ZERO_VELOCITY in reasons,

@@ -286,7 +286,8 @@ pub struct FilterConfig {
     pub zero_velocity_lever: f64,
     /// Squared Mahalanobis distance of a zero velocity or zero angular rate from the prediction beyond which it is rejected.
     pub innovation_gate: f64,
-    /// Time of rejection within one stance after which a zero velocity is believed all the same, s: the foot stands and the filter is wrong.
+    /// Time in stance, over one or several of them, with nothing but rejections after which a zero velocity is believed all the same, s: the foot stands and
+    /// the filter is wrong.
     pub rejection_limit: f64,
     /// Whether rest corrects the gyroscope's bias.
     pub zero_angular_rate: bool,

@@ -41,9 +41,7 @@ impl Walk {
             monitor.lose();
         }
         let step = self.step(strapdown, sample, events);
-        if !decision.stationary {
-            self.rejected_for = 0.0;
-        } else if step.dt > 0.0 {
+        if decision.stationary && step.dt > 0.0 {
             monitor.zero_velocity(sample.time, self.zero_velocity(config, sample));
         }
         if self.rests(config, sample, step.dt, events) {
