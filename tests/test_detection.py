@@ -428,3 +428,16 @@ def test_samples_too_large_to_square_are_never_stance(detector):
     assert not both["decision"][20:40].any()
     force_alone = _core.detect(config, rec.rate_hz, rec.t, shaken, np.zeros_like(turned))
     assert force_alone["decision"][20:40].any() == isinstance(detector, AngularRateEnergy)
+
+
+@pytest.mark.filterwarnings("ignore::footnav.FootnavWarning")
+@pytest.mark.parametrize("detector", DETECTORS.values(), ids=DETECTORS)
+def test_real_walks_close_with_the_default_settings(detector, data_dir):
+    """OpenShoe's walks of about 79 m end where they began."""
+    closing = []
+    for path in sorted((data_dir / "openshoe").glob("*.npz")):
+        with np.load(path) as file:
+            position = track(Recording(file["t"], file["accel"], file["gyro"]), Config(detector=detector)).position
+        closing.append(np.linalg.norm(position[-1, :2] - position[0, :2]))
+    assert len(closing) == 7
+    assert np.median(closing) < 0.3

@@ -252,7 +252,8 @@ class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", t
 
     The statistic and its threshold are those of each sample alone; the decision also depends on the samples around it.
 
-    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints
+    none.
 
     Attributes
     ----------
@@ -261,7 +262,8 @@ class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", t
     longest_gap : float
         Gap between two detections up to which it is filled, s.
     shortest_stance : float
-        Stance, gaps filled, below which it is dropped, s.  The latency is this and `longest_gap`.
+        Stance, gaps filled, below which it is dropped, s.  The latency is this and `longest_gap`,
+        less one sample.
     """
 
     magnitude_gate: float = 0.3
@@ -272,8 +274,8 @@ class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", t
 class ThreeCondition(Section, frozen=True, kw_only=True, tag_field="kind", tag="three-condition"):
     """Magnitude, variance and rate, together or any of them (Wang Libing et al. 2016).
 
-    The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU;
-    the paper prints none.
+    The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
+    IMU; the paper prints none.
 
     Attributes
     ----------

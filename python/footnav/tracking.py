@@ -47,7 +47,7 @@ def track(
     stationary : array_like of bool of shape (n,), optional
         Where the foot is at rest on the ground, sample by sample: decided by the caller instead of a detector.
     detector : StanceDetector, optional
-        A stance detector of one's own instead of the one that the settings name; what it raises comes out as it is.
+        A stance detector of one's own instead of the one that the settings name; what it raises comes out of here.
     progress : callable, optional
         Called with the share of the samples that is done, 0 to 1.
 

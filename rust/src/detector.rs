@@ -41,9 +41,9 @@ use windowed_energies::WindowedEnergies;
 /// What a detector found about one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// The test statistic; NaN where the window was not full.
+    /// The test statistic; NaN where the window was not full, or where no statistic stands behind the decision.
     pub statistic: f64,
-    /// The value below which the statistic means stance; NaN where the window was not full.
+    /// The value below which the statistic means stance; NaN where the statistic is.
     pub threshold: f64,
     /// Whether the foot is taken to be at rest on the ground.
     pub stationary: bool,
