@@ -159,6 +159,41 @@ fn a_bad_sample_is_refused_counted_and_bridged() {
 }
 
 #[test]
+fn the_uncertainty_covers_what_happens_in_a_gap() {
+    let mut beyond_three_sigma = 0;
+    for seed in 0..20_u32 {
+        let Walk { samples, truth, .. } = walk(&SensorErrors::ideal(), u64::from(seed));
+        let start = 450 + 13 * seed as usize;
+        for missing in [10, 25, 50] {
+            let gappy: Vec<ImuSample> = [&samples[..start], &samples[start + missing..]].concat();
+            let (trajectory, health) = track(&gappy, &Config::default()).unwrap();
+            let (error, std) = (trajectory.position.last().unwrap(), trajectory.position_std.last().unwrap());
+            let end = truth.last().unwrap().position;
+            let sigmas = (end.x - error[0]).hypot(end.y - error[1]) / std[0].hypot(std[1]);
+            beyond_three_sigma += usize::from(sigmas > 3.0);
+            assert!(health.reasons.contains(Reasons::GAP));
+        }
+    }
+    assert!(beyond_three_sigma <= 6, "{beyond_three_sigma} of 60 walks end more than three sigma away");
+}
+
+#[test]
+fn a_walk_goes_on_after_hours_without_samples_and_says_that_it_is_lost() {
+    let samples = walk(&SensorErrors::mpu6050(), 1).samples;
+    for hours in [0.001, 1.0, 10_000.0] {
+        let mut gappy = samples.clone();
+        for sample in &mut gappy[700..] {
+            sample.time += 3600.0 * hours;
+        }
+        let (trajectory, health) = track(&gappy, &Config::default()).unwrap();
+        let [x, y, z] = *trajectory.position.last().unwrap();
+        assert!(x.hypot(y).hypot(z) < 20.0, "{x} {y} {z}");
+        assert!(trajectory.position_std.last().unwrap()[0] > 1.5 * 3600.0 * hours);
+        assert_eq!(health.reasons.status(), Status::Invalid);
+    }
+}
+
+#[test]
 fn a_block_with_a_bad_sample_leaves_the_navigator_as_it_was() {
     let samples = walk(&SensorErrors::mpu6050(), 2).samples;
     let mut broken = samples.clone();
@@ -206,8 +241,10 @@ fn too_few_samples_are_no_walk() {
     let samples = walk(&SensorErrors::ideal(), 0).samples;
     let error = track(&samples[..50], &Config::default()).unwrap_err();
     assert!(error.to_string().starts_with("50 samples over 0.49 s are too few"), "{error}");
-    let error = track(&samples[..1], &Config::default()).unwrap_err();
-    assert!(error.to_string().starts_with("rate_hz"), "{error}");
+    for few in [0, 1] {
+        let error = track(&samples[..few], &Config::default()).unwrap_err();
+        assert!(matches!(error, Error::Data(DataError::TooShort { .. })), "{error}");
+    }
 }
 
 #[test]
@@ -221,6 +258,17 @@ fn numbers_too_large_to_integrate_end_in_an_error_that_stays() {
     assert!(matches!(error, Error::Numerical(_)), "{error}");
     let last = ImuSample::new(1e3, [0.0, 0.0, 9.8], [0.0; 3]);
     assert_eq!(navigator.push(&last).unwrap_err().to_string(), error.to_string());
+}
+
+#[test]
+fn a_start_that_cannot_be_aligned_is_an_error_that_stays() {
+    let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
+    let in_g = |k: u32| ImuSample::new(f64::from(k) / RATE, [0.0, 0.0, 1.0], [0.0; 3]);
+    let error = (0..400).find_map(|k| navigator.push(&in_g(k)).err()).unwrap();
+    assert!(error.to_string().contains("it looks like g"), "{error}");
+    assert_eq!(navigator.push(&in_g(1000)).unwrap_err(), error);
+    navigator.reset();
+    assert_eq!(navigator.push(&in_g(0)).unwrap(), None);
 }
 
 #[test]

@@ -202,7 +202,8 @@ def test_track_writes_table_and_picture_beside_the_current_directory(run, walk, 
 
 
 def test_every_format_can_be_written(run, walk):
-    outcome = run("track", walk, "--formats", ",".join(FORMATS), "--out", "a/b", "--name", "mine", "--origin", 45, 7, 0)
+    options = ("--origin", 45, 7, 0, "--heading-deg", 90)
+    outcome = run("track", walk, *options, "--formats", ",".join(FORMATS), "--out", "a/b", "--name", "mine")
     assert (outcome.status, outcome.err) == (0, "")
     assert {path.name for path in Path("a/b").iterdir()} == {f"mine.track.{form}" for form in FORMATS}
 

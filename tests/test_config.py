@@ -318,7 +318,7 @@ mechanizations = st.builds(
     gravity=st.none() | st.floats(9.7, 9.9),
     latitude_deg=st.none() | st.floats(-90.0, 90.0),
     height=st.none() | st.floats(-400.0, 9000.0),
-)
+).filter(lambda settings: settings.kind != "first-order" or not settings.earth_rate)
 detectors = st.one_of(
     st.builds(AdaptiveShoe, window=windows, look_behind=windows, factor=st.floats(1.0, 10.0), floor=positive),
     st.builds(Shoe, window=windows, accel_std=positive, gyro_std=positive, threshold=positive),

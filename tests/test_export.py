@@ -7,6 +7,7 @@ import json
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
@@ -185,6 +186,14 @@ def test_missing_origin_is_said(traj: Trajectory, tmp_path: Path, suffix: str) -
     with pytest.warns(FootnavWarning, match=r"output\.origin .*save\(\.\.\., origin="):
         dataclasses.replace(traj, origin=None).save(path)
     np.testing.assert_allclose(coordinates(path)[0], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("suffix", [".geojson", ".gpx", ".kml"])
+def test_unknown_heading_is_said(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
+    """A map of a track whose x axis is not east is turned."""
+    turned = replace(traj, heading_known=False)
+    with pytest.warns(FootnavWarning, match=r"alignment\.heading_deg"):
+        turned.save(tmp_path / f"walk{suffix}", origin=(45.0, 7.0, 0.0))
 
 
 @pytest.mark.parametrize("suffix", GEOGRAPHIC)

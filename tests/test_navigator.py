@@ -168,7 +168,7 @@ def test_there_is_no_state_before_the_first_came_out():
 def test_states_stay_at_the_origin_while_the_start_is_aligned():
     states = in_blocks(Navigator(rate_hz=RATE), walk(), [])
     aligning = states.reasons & Reason.ALIGNING > 0
-    assert np.array_equal(aligning, states.t - states.t[0] < Config().alignment.duration - 1e-9)
+    assert np.array_equal(aligning, states.t - states.t[0] < Config().alignment.duration + 1e-9)
     assert not states.position[aligning].any()
     assert not states.velocity[aligning].any()
 

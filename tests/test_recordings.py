@@ -96,7 +96,7 @@ def test_vicon_is_sound_and_as_accurate_as_promised(vicon):
     assert len(vicon) == 28
     for recording, _, states in vicon:
         assert_sound(states, recording)
-    assert np.mean([armse(states, truth) for _, truth, states in vicon]) <= 0.20
+    assert np.mean([armse(states, truth) for _, truth, states in vicon]) <= 0.10
 
 
 def test_openshoe_is_sound_and_closes_as_promised(openshoe):
@@ -104,7 +104,7 @@ def test_openshoe_is_sound_and_closes_as_promised(openshoe):
     for recording, states in openshoe:
         assert_sound(states, recording)
         assert path_length(states.t, states.position) == pytest.approx(79, rel=0.1)
-    assert np.median([horizontal_closing(states)[1] for _, states in openshoe]) <= 0.35
+    assert np.median([horizontal_closing(states)[1] for _, states in openshoe]) <= 0.25
 
 
 def test_mpu6050_is_sound_and_closes_as_promised_where_nothing_clips(mpu6050):
@@ -128,7 +128,7 @@ def test_mpu6050_that_clips_is_counted_and_flagged(mpu6050):
 def test_xio_is_sound_and_closes_as_promised(xio):
     recording, states = xio
     assert_sound(states, recording)
-    assert horizontal_closing(states)[0] <= 0.15
+    assert horizontal_closing(states)[0] <= 0.08
 
 
 def test_xio_counts_what_is_wrong_with_its_stamps(xio):

@@ -46,7 +46,8 @@ def walk(strides: int = 40, rate_hz: float = 100.0, **options: Any) -> Trajector
 
 
 HEALTH = Health(Status.DEGRADED, Reason.GAP | Reason.CLIPPED, Counters(samples=5201, gaps=2, clipped=7), 0.05, 0.02)
-COLUMNS = [f.name for f in dataclasses.fields(Trajectory) if f.name not in ("health", "name", "origin", "frame")]
+SINGLE = ("health", "name", "origin", "frame", "heading_known")
+COLUMNS = [f.name for f in dataclasses.fields(Trajectory) if f.name not in SINGLE]
 
 
 def assert_same(a: Trajectory, b: Trajectory) -> None:

@@ -120,6 +120,8 @@ class Alignment(Section, frozen=True, kw_only=True):
         Standard deviation of the gyroscope's bias after `duration` of rest, rad/s.
     tilt_std : float
         Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
+    heading_std_deg : float
+        Standard deviation of the heading, degrees: zero when it only defines where n x points.
     """
 
     duration: float = 1.0
@@ -132,6 +134,7 @@ class Alignment(Section, frozen=True, kw_only=True):
     rest_gyro_std: float = 0.06
     gyro_bias_std: float = 3.0e-3
     tilt_std: float = 0.01
+    heading_std_deg: float = 0.0
 
 
 class Mechanization(Section, frozen=True, kw_only=True):
@@ -380,9 +383,9 @@ class Filter(Section, frozen=True, kw_only=True):
         Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular
         rate.
     innovation_gate : float
-        Squared Mahalanobis distance beyond which a zero velocity is rejected.
+        Squared Mahalanobis distance beyond which a zero velocity or zero angular rate is rejected.
     rejection_limit : float
-        Time of uninterrupted rejection after which a zero velocity is believed all the same, s.
+        Time of rejection within one stance after which a zero velocity is believed all the same, s.
     zero_angular_rate : bool
         Whether rest corrects the gyroscope's bias.
     zero_angular_rate_std : float
@@ -416,7 +419,9 @@ class HealthLimits(Section, frozen=True, kw_only=True):
     memory : float
         How long a gap, a clipped or a refused sample degrades the solution, s.
     degraded_after, invalid_after : float
-        Time without a zero velocity after which the solution is degraded or invalid, s.
+        Time without a zero velocity after which the solution is degraded, or invalid for good, s.
+    longest_gap : float
+        Longest gap that is bridged, s.  After a longer one the walk goes on from where it was, but is invalid.
     tilt_limit : float
         Roll and pitch uncertainty above which a start in motion still degrades the solution, rad.
     """
@@ -425,6 +430,7 @@ class HealthLimits(Section, frozen=True, kw_only=True):
     memory: float = 1.0
     degraded_after: float = 3.0
     invalid_after: float = 15.0
+    longest_gap: float = 1.0
     tilt_limit: float = 0.03
 
 

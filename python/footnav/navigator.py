@@ -123,7 +123,7 @@ class Navigator(_core.Navigator):
             The filter cannot go on; :meth:`reset` begins anew.
         """
         columns = (_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2))
-        return self._trajectory(self.push_columns(*columns))
+        return self._trajectory(self._push_columns(*columns))
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.
@@ -135,7 +135,7 @@ class Navigator(_core.Navigator):
         NumericalError
             The filter cannot go on.
         """
-        return self._trajectory(self.flush_columns())
+        return self._trajectory(self._flush_columns())
 
     def now(self) -> State | None:
         """Return the state at the newest sample: the newest that came out, carried forward by the strapdown alone.
@@ -150,25 +150,31 @@ class Navigator(_core.Navigator):
         NumericalError
             The samples that wait for their decision are too large to integrate.
         """
-        fields = self.state_now()
+        fields = self._state_now()
         return None if fields is None else State(**fields)
 
     @property
     def health(self) -> Health:
         """Trust in the newest state, with what was counted since the start."""
-        fields = self.health_fields()
-        reasons = Reason(fields["reasons"])
-        return Health(
-            status=reasons.status,
-            reasons=reasons,
-            counters=Counters(**fields["counters"]),
-            horizontal_std=fields["horizontal_std"],
-            vertical_std=fields["vertical_std"],
-        )
+        return self._health(of_walk=False)
+
+    def health_of_walk(self) -> Health:
+        """Return the trust in the whole walk: all that spoke against it since the start was aligned."""
+        return self._health(of_walk=True)
+
+    def _health(self, *, of_walk: bool) -> Health:
+        fields = self._health_fields(of_walk)
+        reasons = Reason(fields.pop("reasons"))
+        return Health(status=reasons.status, reasons=reasons, counters=Counters(**fields.pop("counters")), **fields)
 
     def _trajectory(self, columns: dict[str, Any]) -> Trajectory:
+        output, alignment = self.config.output, self.config.alignment
         return Trajectory(
-            **columns, health=self.health, origin=self.config.output.origin, frame=self.config.output.frame
+            **columns,
+            health=self.health,
+            origin=output.origin,
+            frame=output.frame,
+            heading_known=alignment.heading_deg is not None or alignment.magnetic_field is not None,
         )
 
 

@@ -80,13 +80,12 @@ def track(
             if progress is not None:
                 progress(min(1.0, (start + BLOCK) / len(recording)))
         parts.append(navigator.flush())
-        navigator.check_aligned()
+        navigator._check_aligned()
     except FootnavError as error:
         raise type(error)(f"{recording.name}: {error}" if recording.name else str(error)) from error
-    trajectory = dataclasses.replace(Trajectory.concatenate(parts), name=recording.name)
-    health = _over_the_whole_walk(trajectory)
+    health = navigator.health_of_walk()
     _warn(recording.name, health)
-    return dataclasses.replace(trajectory, health=health)
+    return dataclasses.replace(Trajectory.concatenate(parts), name=recording.name, health=health)
 
 
 class _Told(Navigator):
@@ -125,14 +124,6 @@ def with_ranges_of(recording: Recording, config: Config) -> Config:
     known = {"accel_range": recording.accel_range, "gyro_range": recording.gyro_range}
     missing = {key: value for key, value in known.items() if value is not None and getattr(config.sensor, key) is None}
     return config.replace(sensor=config.sensor.replace(**missing)) if missing else config
-
-
-def _over_the_whole_walk(trajectory: Trajectory) -> Health:
-    """Return the health at the end with all that spoke against the track since the start was aligned."""
-    assert trajectory.health is not None
-    aligned = trajectory.reasons[(trajectory.reasons & Reason.ALIGNING) == 0]
-    reasons = Reason(int(np.bitwise_or.reduce(aligned, initial=0)))
-    return dataclasses.replace(trajectory.health, reasons=reasons, status=reasons.status)
 
 
 def _warn(name: str, health: Health) -> None:

@@ -166,6 +166,8 @@ class Trajectory:
         Where the navigation frame's origin is, in degrees and m (WGS-84).
     frame : {"enu", "ned"}
         Frame in which tables are written; the arrays here always have z up.
+    heading_known : bool
+        Whether x is east; if not, it is where the foot pointed at the start.
 
     Raises
     ------
@@ -188,6 +190,7 @@ class Trajectory:
     name: str = field(default="", kw_only=True)
     origin: Origin | None = field(default=None, kw_only=True)
     frame: str = field(default="enu", kw_only=True)
+    heading_known: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
         """Check everything and freeze the arrays."""
@@ -250,11 +253,13 @@ class Trajectory:
         Raises
         ------
         DataError
-            For no parts, parts that differ in origin or frame, or time that goes back between them.
+            For no parts, parts that differ in origin, frame or heading_known, or time that goes back between them.
         """
         if not parts:
             raise DataError("there are no parts to join: at least one is needed")
         for number, part in enumerate(parts[1:], start=1):
+            if part.heading_known != parts[0].heading_known:
+                raise DataError(f"part {number} differs from part 0 in whether the heading is known: not one track")
             if (part.origin, part.frame) != (parts[0].origin, parts[0].frame):
                 raise DataError(
                     f"part {number} has origin {part.origin} and frame {part.frame!r}, "

@@ -19,6 +19,8 @@ use crate::strapdown::Strapdown;
 
 /// Length of a block of rest, s.
 const BLOCK: f64 = 0.1;
+/// Longest time that the samples of a block may span, s: with more missing nobody knows whether it was rest.
+const LONGEST_BLOCK: f64 = 0.2;
 /// Rest from which on the gyroscope's mean is believed to be its bias, s.
 const SHORTEST_REST: f64 = 0.2;
 /// Elevation of the forward axis beyond which it has no heading, rad.
@@ -39,7 +41,7 @@ pub fn level_by_arctangent(f: &Vector3<f64>) -> UnitQuaternion<f64> {
 /// A magnitude above gravity would leave the arcsine's domain, so the mean is divided by its own magnitude rather than by g.
 #[must_use]
 pub fn level_by_arcsine(f: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let up = f.normalize();
+    let up = f.try_normalize(0.0).unwrap_or_else(Vector3::z);
     let about_y = (-up.x).asin();
     let about_x = (up.y / about_y.cos()).clamp(-1.0, 1.0).asin();
     UnitQuaternion::from_euler_angles(about_x, about_y, 0.0)
@@ -62,32 +64,23 @@ pub struct Aligned {
 #[derive(Clone, Debug)]
 pub(crate) struct Alignment {
     config: AlignmentConfig,
-    gravity: f64,
-    earth_rate: Vector3<f64>,
-    samples_per_block: u32,
-    blocks_wanted: u32,
-    blocks: u32,
+    strapdown: Strapdown,
     rest: Means,
-    block: Means,
+    rest_time: f64,
+    /// The sample that ended the last block of rest, or the first of all.
+    anchor: Option<ImuSample>,
+    /// Samples since the anchor.
+    block: Vec<ImuSample>,
 }
 
 impl Alignment {
     pub(crate) fn new(config: AlignmentConfig, strapdown: &Strapdown) -> Self {
-        Self {
-            samples_per_block: count(BLOCK / strapdown.nominal_interval).max(2),
-            blocks_wanted: count(config.duration / BLOCK).max(1),
-            config,
-            gravity: strapdown.gravity,
-            earth_rate: strapdown.earth_rate,
-            blocks: 0,
-            rest: Means::default(),
-            block: Means::default(),
-        }
+        Self { config, strapdown: *strapdown, rest: Means::default(), rest_time: 0.0, anchor: None, block: Vec::new() }
     }
 
     /// Seconds of samples that are needed at the most.
     pub(crate) fn duration(&self) -> f64 {
-        f64::from(self.blocks_wanted) * BLOCK
+        self.config.duration
     }
 
     /// Takes the next sample; answers once the start is known.
@@ -95,45 +88,74 @@ impl Alignment {
     /// # Errors
     /// [`DataError`] when the samples are not those of an accelerometer near rest, or carry no heading although one was asked for.
     pub(crate) fn push(&mut self, sample: &ImuSample) -> Result<Option<Aligned>, DataError> {
-        self.block.add(sample);
-        if self.block.count < f64::from(self.samples_per_block) {
+        let anchor = *self.anchor.get_or_insert(*sample);
+        let newest = self.block.last().unwrap_or(&anchor);
+        if sample.time <= newest.time {
             return Ok(None);
         }
-        if !self.block_rests() {
+        self.block.push(*sample);
+        let elapsed = sample.time - anchor.time;
+        if elapsed < BLOCK - 0.5 * self.strapdown.nominal_interval || self.block.len() < 2 {
+            return Ok(None);
+        }
+        let block = Means::of(&self.block);
+        if elapsed > LONGEST_BLOCK || !self.rests(&block) {
             return self.finish().map(Some);
         }
-        self.rest.merge(&std::mem::take(&mut self.block));
-        self.blocks += 1;
-        if self.blocks < self.blocks_wanted { Ok(None) } else { self.finish().map(Some) }
+        self.rest.merge(&block);
+        self.rest_time += elapsed;
+        self.anchor = Some(*sample);
+        self.block.clear();
+        if self.rest_time < self.config.duration - 0.5 * BLOCK { Ok(None) } else { self.finish().map(Some) }
     }
 
-    /// Attitude from the samples so far.
+    /// Where the walk begins: the last sample of the rest, with the moving ones after it; the newest sample when there was no rest.
+    pub(crate) fn handover(&self, newest: &ImuSample) -> (ImuSample, &[ImuSample]) {
+        match self.anchor {
+            Some(anchor) if self.is_rest() => (anchor, &self.block),
+            _ => (*newest, &[]),
+        }
+    }
+
+    /// Attitude from the samples so far; a heading that they do not carry is left out.
     pub(crate) fn attitude_so_far(&self) -> UnitQuaternion<f64> {
         let mut all = self.rest;
-        all.merge(&self.block);
-        self.level(&all.specific_force())
+        all.merge(&Means::of(&self.block));
+        match (all.count > 0.0, self.anchor) {
+            (false, Some(first)) => self.attitude_of(&first.specific_force),
+            _ => self.attitude_of(&all.specific_force()),
+        }
     }
 
-    fn block_rests(&self) -> bool {
+    /// Attitude from a specific force at rest; a heading that it does not carry is left out.
+    pub(crate) fn attitude_of(&self, force: &Vector3<f64>) -> UnitQuaternion<f64> {
+        let level = self.level(force);
+        self.towards_heading(level).unwrap_or(level)
+    }
+
+    fn is_rest(&self) -> bool {
+        self.rest_time >= SHORTEST_REST - 0.5 * BLOCK
+    }
+
+    fn rests(&self, block: &Means) -> bool {
         let (accel_limit, gyro_limit) = (self.config.rest_accel_std, self.config.rest_gyro_std);
-        let quiet = self.block.accel_std() <= accel_limit && self.block.gyro_std() <= gyro_limit;
-        let drift_accel = (self.block.specific_force() - self.rest.specific_force()).norm();
-        let drift_gyro = (self.block.angular_rate() - self.rest.angular_rate()).norm();
-        quiet && (self.blocks == 0 || (drift_accel <= accel_limit && drift_gyro <= gyro_limit))
+        let quiet = block.accel_std() <= accel_limit && block.gyro_std() <= gyro_limit;
+        let drift_accel = (block.specific_force() - self.rest.specific_force()).norm();
+        let drift_gyro = (block.angular_rate() - self.rest.angular_rate()).norm();
+        quiet && (self.rest.count == 0.0 || (drift_accel <= accel_limit && drift_gyro <= gyro_limit))
     }
 
     fn finish(&self) -> Result<Aligned, DataError> {
-        let rest = f64::from(self.blocks) * BLOCK;
-        let at_rest = rest >= SHORTEST_REST - 0.5 * BLOCK;
-        let means = if at_rest { &self.rest } else { &self.block };
+        let at_rest = self.is_rest();
+        let means = if at_rest { self.rest } else { Means::of(&self.block) };
         let force = means.specific_force();
-        if at_rest && !PLAUSIBLE_GRAVITY.contains(&(force.norm() / self.gravity)) {
+        if at_rest && !PLAUSIBLE_GRAVITY.contains(&(force.norm() / self.strapdown.gravity)) {
             return Err(DataError::NotGravity { magnitude: force.norm() });
         }
         let attitude = self.towards_heading(self.level(&force))?;
-        let gyro_bias =
-            if at_rest { means.angular_rate() - attitude.inverse() * self.earth_rate } else { Vector3::zeros() };
-        Ok(Aligned { attitude, gyro_bias, at_rest, rest })
+        let earth_rate = attitude.inverse() * self.strapdown.earth_rate;
+        let gyro_bias = if at_rest { means.angular_rate() - earth_rate } else { Vector3::zeros() };
+        Ok(Aligned { attitude, gyro_bias, at_rest, rest: self.rest_time })
     }
 
     fn level(&self, force: &Vector3<f64>) -> UnitQuaternion<f64> {
@@ -178,11 +200,6 @@ fn toward_magnetic_north(
     Ok(rotation::about_up(FRAC_PI_2 - declination_deg.to_radians() - yaw) * level)
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "validated settings: positive and small")]
-fn count(ratio: f64) -> u32 {
-    ratio.round() as u32
-}
-
 impl Axis {
     /// The axis as a unit vector of the sensor frame.
     #[must_use]
@@ -220,6 +237,14 @@ struct Means {
 }
 
 impl Means {
+    fn of(samples: &[ImuSample]) -> Self {
+        let mut means = Self::default();
+        for sample in samples {
+            means.add(sample);
+        }
+        means
+    }
+
     fn add(&mut self, sample: &ImuSample) {
         self.count += 1.0;
         self.force += sample.specific_force;
@@ -272,15 +297,18 @@ mod tests {
         AlignmentConfig::default()
     }
 
+    fn strapdown() -> Strapdown {
+        let kind = MechanizationKind::default();
+        Strapdown { kind, gravity: G, earth_rate: Vector3::zeros(), nominal_interval: 0.005 }
+    }
+
     fn rest(attitude: &UnitQuaternion<f64>, k: u32) -> ImuSample {
         let force = attitude.inverse() * Vector3::new(0.0, 0.0, G);
         ImuSample::new(f64::from(k) * 0.005, force.into(), [0.01, -0.02, 0.03])
     }
 
     fn align(config: AlignmentConfig, mut sample: impl FnMut(u32) -> ImuSample) -> Result<Aligned, DataError> {
-        let kind = MechanizationKind::default();
-        let strapdown = Strapdown { kind, gravity: G, earth_rate: Vector3::zeros(), nominal_interval: 0.005 };
-        let mut alignment = Alignment::new(config, &strapdown);
+        let mut alignment = Alignment::new(config, &strapdown());
         for k in 0..1000 {
             if let Some(aligned) = alignment.push(&sample(k))? {
                 return Ok(aligned);
@@ -335,26 +363,49 @@ mod tests {
             if k < 110 {
                 rest(&attitude, k)
             } else {
-                ImuSample::new(0.0, [3.0, 1.0, 12.0], [1.0, f64::from(k % 7), 0.5])
+                ImuSample::new(f64::from(k) * 0.005, [3.0, 1.0, 12.0], [1.0, f64::from(k % 7), 0.5])
             }
         };
         let aligned = align(config(), moving).unwrap();
-        assert!(aligned.at_rest && (aligned.rest - 0.5).abs() < 1e-12, "{aligned:?}");
+        assert!(aligned.at_rest && (aligned.rest - 0.5).abs() < 1e-9, "{aligned:?}");
         assert!((aligned.gyro_bias - Vector3::new(0.01, -0.02, 0.03)).norm() < 1e-12);
     }
 
     #[test]
     fn walking_from_the_first_sample_is_no_rest() {
-        let aligned =
-            align(config(), |k| ImuSample::new(0.0, [2.0, f64::from(k % 5), 9.0], [0.0, f64::from(k % 3), 0.0]))
-                .unwrap();
+        let aligned = align(config(), |k| {
+            ImuSample::new(f64::from(k) * 0.005, [2.0, f64::from(k % 5), 9.0], [0.0, f64::from(k % 3), 0.0])
+        })
+        .unwrap();
         assert!(!aligned.at_rest);
         assert_eq!(aligned.gyro_bias, Vector3::zeros());
     }
 
     #[test]
+    fn repeated_stamps_are_no_rest() {
+        let strapdown = strapdown();
+        let mut alignment = Alignment::new(config(), &strapdown);
+        let still = rest(&UnitQuaternion::identity(), 0);
+        assert!((0..1000).all(|_| alignment.push(&still).unwrap().is_none()));
+    }
+
+    #[test]
+    fn what_moves_at_the_end_of_the_rest_is_handed_over() {
+        let attitude = UnitQuaternion::identity();
+        let strapdown = strapdown();
+        let mut alignment = Alignment::new(config(), &strapdown);
+        let pushed = |k: u32| ImuSample::new(f64::from(k) * 0.005, [f64::from(k % 9), 1.0, 12.0], [1.0; 3]);
+        let sample = |k: u32| if k < 110 { rest(&attitude, k) } else { pushed(k) };
+        let end = (0..1000).find(|&k| alignment.push(&sample(k)).unwrap().is_some()).unwrap();
+        let (anchor, moving) = alignment.handover(&sample(end));
+        assert!((anchor.time - 0.5).abs() < 1e-9, "{anchor:?}");
+        assert_eq!(moving.len(), 20);
+        assert_eq!(moving.last(), Some(&sample(end)));
+    }
+
+    #[test]
     fn units_of_g_are_recognized() {
-        let error = align(config(), |k| ImuSample::new(f64::from(k), [0.0, 0.0, 1.0], [0.0; 3])).unwrap_err();
+        let error = align(config(), |k| ImuSample::new(f64::from(k) * 0.005, [0.0, 0.0, 1.0], [0.0; 3])).unwrap_err();
         assert!(error.to_string().contains("it looks like g"), "{error}");
     }
 

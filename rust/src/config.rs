@@ -138,6 +138,8 @@ pub struct AlignmentConfig {
     pub gyro_bias_std: f64,
     /// Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
     pub tilt_std: f64,
+    /// Standard deviation of the heading, degrees: zero when it only defines where n x points.
+    pub heading_std_deg: f64,
 }
 
 impl Default for AlignmentConfig {
@@ -153,6 +155,7 @@ impl Default for AlignmentConfig {
             rest_gyro_std: 0.06,
             gyro_bias_std: 3.0e-3,
             tilt_std: 0.01,
+            heading_std_deg: 0.0,
         }
     }
 }
@@ -435,9 +438,9 @@ pub struct FilterConfig {
     pub zero_velocity_std: f64,
     /// Distance (m) of the sensor from what the foot rolls about: the velocity of a foot in stance is uncertain by this times its angular rate.
     pub zero_velocity_lever: f64,
-    /// Squared Mahalanobis distance of a zero velocity from the prediction beyond which it is rejected.
+    /// Squared Mahalanobis distance of a zero velocity or zero angular rate from the prediction beyond which it is rejected.
     pub innovation_gate: f64,
-    /// Time of uninterrupted rejection after which a zero velocity is believed all the same, s: the foot stands and the filter is wrong.
+    /// Time of rejection within one stance after which a zero velocity is believed all the same, s: the foot stands and the filter is wrong.
     pub rejection_limit: f64,
     /// Whether rest corrects the gyroscope's bias.
     pub zero_angular_rate: bool,
@@ -477,15 +480,24 @@ pub struct HealthConfig {
     pub memory: f64,
     /// Time without a zero velocity after which the solution is degraded, s.
     pub degraded_after: f64,
-    /// Time without a zero velocity after which it is invalid, s.
+    /// Time without a zero velocity after which it is invalid, s, and stays so: where the foot went meanwhile is not known.
     pub invalid_after: f64,
+    /// Longest gap that is bridged, s.  After a longer one the walk goes on from where it was, but is invalid.
+    pub longest_gap: f64,
     /// Roll and pitch uncertainty above which a start in motion still degrades the solution, rad.
     pub tilt_limit: f64,
 }
 
 impl Default for HealthConfig {
     fn default() -> Self {
-        Self { gap_intervals: 1.8, memory: 1.0, degraded_after: 3.0, invalid_after: 15.0, tilt_limit: 0.03 }
+        Self {
+            gap_intervals: 1.8,
+            memory: 1.0,
+            degraded_after: 3.0,
+            invalid_after: 15.0,
+            longest_gap: 1.0,
+            tilt_limit: 0.03,
+        }
     }
 }
 
@@ -548,6 +560,11 @@ impl Config {
         self.health.validate()?;
         self.output.validate()?;
         let heading_known = self.alignment.heading_deg.is_some() || self.alignment.magnetic_field.is_some();
+        if self.mechanization.earth_rate && self.mechanization.kind == MechanizationKind::FirstOrder {
+            return Err(ConfigError::Inconsistent(
+                "mechanization.kind = \"first-order\" knows no rotation of the Earth: choose another kind or leave earth_rate out".into(),
+            ));
+        }
         if self.mechanization.earth_rate && !heading_known {
             return Err(ConfigError::Inconsistent(
                 "mechanization.earth_rate needs to know where north is: set alignment.heading_deg or alignment.magnetic_field".into(),
@@ -585,6 +602,7 @@ impl AlignmentConfig {
         positive("alignment.rest_gyro_std", self.rest_gyro_std)?;
         positive("alignment.gyro_bias_std", self.gyro_bias_std)?;
         positive("alignment.tilt_std", self.tilt_std)?;
+        within("alignment.heading_std_deg", self.heading_std_deg, 0.0, 180.0, "between 0 and 180")?;
         if self.heading_deg.is_some() && self.magnetic_field.is_some() {
             return Err(ConfigError::Inconsistent(
                 "alignment.heading_deg and alignment.magnetic_field both give the heading: keep one of them".into(),
@@ -730,6 +748,7 @@ impl HealthConfig {
         within("health.gap_intervals", self.gap_intervals, 1.5, f64::MAX, "at least 1.5")?;
         at_least_zero("health.memory", self.memory)?;
         positive("health.degraded_after", self.degraded_after)?;
+        positive("health.longest_gap", self.longest_gap)?;
         positive("health.tilt_limit", self.tilt_limit)?;
         within(
             "health.invalid_after",
@@ -745,7 +764,7 @@ impl OutputConfig {
     fn validate(&self) -> Result<(), ConfigError> {
         let [latitude, longitude, height] = self.origin.unwrap_or([0.0; 3]);
         within("output.origin latitude", latitude, -90.0, 90.0, "between -90 and 90")?;
-        within("output.origin longitude", longitude, -180.0, 360.0, "between -180 and 360")?;
+        within("output.origin longitude", longitude, -180.0, 180.0, "between -180 and 180")?;
         within("output.origin height", height, -12_000.0, 100_000.0, "metres between -12000 and 100000")
     }
 }

@@ -6,11 +6,11 @@
 use nalgebra::Vector3;
 
 /// Semi-major axis of the WGS-84 ellipsoid, m.
-pub const SEMI_MAJOR_AXIS: f64 = 6_378_137.0;
+const SEMI_MAJOR_AXIS: f64 = 6_378_137.0;
 /// Flattening of the WGS-84 ellipsoid.
-pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
+const FLATTENING: f64 = 1.0 / 298.257_223_563;
 /// Rotation rate of the Earth, rad/s.
-pub const ROTATION_RATE: f64 = 7.292_115e-5;
+const ROTATION_RATE: f64 = 7.292_115e-5;
 /// Normal gravity at the equator, m/s².
 const EQUATORIAL_GRAVITY: f64 = 9.780_325_335_9;
 /// Somigliana's constant k.

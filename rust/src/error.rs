@@ -62,7 +62,9 @@ pub enum DataError {
         value: f64,
     },
     /// A sample is older than the one before it.
-    #[error("sample {index}: time goes back from {previous} s to {time} s; sort the samples or leave this one out")]
+    #[error(
+        "sample {index}: time goes back from {previous} s to {time} s; sort the samples or leave this one out; if the clock was set back, reset() begins a new walk"
+    )]
     TimeReversed {
         /// Number of the sample.
         index: u64,

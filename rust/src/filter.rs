@@ -68,6 +68,7 @@ pub struct ErrorStateFilter {
     pub covariance: Covariance,
     noise: ProcessNoise,
     clipped_factor: f64,
+    gravity: f64,
     earth_rate: Vector3<f64>,
     gate: f64,
 }
@@ -76,6 +77,18 @@ pub struct ErrorStateFilter {
 const VELOCITY_STD_IN_MOTION: f64 = 1.0;
 /// Standard deviation of roll and pitch levelled on a moving foot, rad.
 const TILT_STD_IN_MOTION: f64 = 0.2;
+/// Second derivative of a walking foot's angular rate, rad/s³: about 5 rad/s at twice a second.
+const RATE_CURVATURE: f64 = 1_000.0;
+/// Second derivative of its specific force, m/s⁴: about 15 m/s² at three times a second.
+const FORCE_CURVATURE: f64 = 5_000.0;
+/// Angular rate of a foot that nobody sees, rad/s.
+const FOOT_RATE: f64 = 4.0;
+/// Specific force beyond gravity of a foot that nobody sees, m/s².
+const FOOT_FORCE: f64 = 10.0;
+/// Speed of a person who walks unseen, m/s.
+const WALKING_SPEED: f64 = 1.5;
+/// Standard deviation of the heading of a person who was not seen for a while, rad.
+const HEADING_STD_AFTER_GAP: f64 = 1.0;
 /// Variance of a state that is known by definition, such as the origin: small, but above rounding.
 const BY_DEFINITION: f64 = 1.0e-10;
 
@@ -100,14 +113,17 @@ impl ErrorStateFilter {
             covariance: initial_covariance(config, aligned),
             noise,
             clipped_factor: filter.clipped_noise_factor.powi(2),
+            gravity: config.gravity(),
             earth_rate,
             gate: filter.innovation_gate,
         }
     }
 
     /// Carries the covariance over one step of the mechanization.
+    ///
+    /// `bridged` is the part of the step that no sample speaks for, s.
     #[inline]
-    pub fn predict(&mut self, step: &Step, clipped: bool) {
+    pub fn predict(&mut self, step: &Step, clipped: bool, bridged: f64) {
         let Step { dt, specific_force, attitude } = *step;
         let p = &mut self.covariance;
         p.add_scaled(Block::Position, Block::Velocity, 0.5 * dt);
@@ -125,6 +141,33 @@ impl ErrorStateFilter {
         p.add_variance(Block::Attitude, self.noise.attitude * motion);
         p.add_variance(Block::GyroBias, self.noise.gyro_bias * dt);
         p.add_variance(Block::AccelBias, self.noise.accel_bias * dt);
+        if bridged > 0.0 {
+            self.doubt_bridge(bridged);
+        }
+    }
+
+    /// What a straight line across a gap may miss: a twelfth of the curvature times the cube of the gap, and no more than a foot can do in that time.
+    fn doubt_bridge(&mut self, gap: f64) {
+        let missed = |curvature: f64, most: f64| (curvature * gap.powi(3) / 12.0).min(most * gap);
+        let angle = missed(RATE_CURVATURE, FOOT_RATE);
+        let velocity = missed(FORCE_CURVATURE, FOOT_FORCE) + 0.5 * self.gravity * angle * gap;
+        self.covariance.add_variance(Block::Attitude, angle.powi(2));
+        self.covariance.add_variance(Block::Velocity, velocity.powi(2));
+        self.covariance.add_variance(Block::Position, (0.5 * gap * velocity).powi(2));
+    }
+
+    /// After a gap too long to be bridged: the foot is where it was, or as far away as one walks in `elapsed` (s), and may move.
+    pub fn resume(&mut self, time: f64, elapsed: f64) {
+        self.estimate.nav.time = time;
+        self.estimate.nav.velocity = Vector3::zeros();
+        let mut p = Covariance::zero();
+        for block in [Block::Position, Block::GyroBias, Block::AccelBias] {
+            p.add_diagonal(block, &self.covariance.diagonal(block));
+        }
+        p.add_variance(Block::Position, (WALKING_SPEED * elapsed).powi(2));
+        p.add_variance(Block::Velocity, VELOCITY_STD_IN_MOTION.powi(2));
+        p.add_diagonal(Block::Attitude, &attitude_variances(TILT_STD_IN_MOTION, HEADING_STD_AFTER_GAP));
+        self.covariance = p;
     }
 
     /// Zero-velocity update: the velocity is zero up to a `variance` (m²/s²) on each axis.
@@ -192,19 +235,20 @@ impl ErrorStateFilter {
 fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     let accel_bias = config.sensor.accel_bias_std.powi(2);
     let settings = &config.alignment;
+    let heading_std = settings.heading_std_deg.to_radians();
     let mut p = Covariance::zero();
     p.add_variance(Block::Position, BY_DEFINITION);
     p.add_variance(Block::AccelBias, accel_bias);
     if !aligned.at_rest {
         p.add_variance(Block::Velocity, VELOCITY_STD_IN_MOTION.powi(2));
-        p.add_diagonal(Block::Attitude, &tilt(TILT_STD_IN_MOTION));
+        p.add_diagonal(Block::Attitude, &attitude_variances(TILT_STD_IN_MOTION, heading_std));
         p.add_variance(Block::GyroBias, config.sensor.gyro_bias_std.powi(2));
         return p;
     }
     let quarter_turn = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let levelling = quarter_turn * aligned.attitude.to_rotation_matrix().matrix() / config.gravity();
     p.add_transformed(Block::Attitude, Block::AccelBias, &levelling);
-    p.add_diagonal(Block::Attitude, &tilt(settings.tilt_std));
+    p.add_diagonal(Block::Attitude, &attitude_variances(settings.tilt_std, heading_std));
     p.add_variance(Block::Velocity, config.filter.zero_velocity_std.powi(2));
     p.add_variance(
         Block::GyroBias,
@@ -213,7 +257,7 @@ fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     p
 }
 
-/// Variances of roll and pitch; the yaw is a definition.
-fn tilt(std: f64) -> Vector3<f64> {
-    Vector3::new(std * std, std * std, BY_DEFINITION)
+/// Variances of the attitude error: roll and pitch, and a heading that may be known by definition.
+fn attitude_variances(tilt_std: f64, heading_std: f64) -> Vector3<f64> {
+    Vector3::new(tilt_std.powi(2), tilt_std.powi(2), heading_std.powi(2).max(BY_DEFINITION))
 }

@@ -22,7 +22,7 @@ bitflags! {
         const CLIPPED = 32;
         /// A sample was refused because it was not finite or older than the one before.
         const REFUSED = 64;
-        /// No zero velocity for so long that the solution means nothing.
+        /// No zero velocity, or no sample, for so long that the position means nothing until the next start.
         const LOST = 128;
     }
 }
@@ -102,6 +102,7 @@ pub(crate) struct HealthMonitor {
     last_zero_velocity: f64,
     rejecting: bool,
     moving_start: bool,
+    lost: bool,
     pub(crate) updates: UpdateCounters,
 }
 
@@ -115,6 +116,7 @@ impl HealthMonitor {
             last_zero_velocity: f64::NEG_INFINITY,
             rejecting: false,
             moving_start: false,
+            lost: false,
             updates: UpdateCounters::default(),
         }
     }
@@ -137,21 +139,39 @@ impl HealthMonitor {
         self.updates.zero_angular_rate += u64::from(accepted);
     }
 
-    /// Reasons that hold at `time`, given the `events` of the sample and the tilt uncertainty (rad) of the filter.
-    pub(crate) fn assess(&mut self, time: f64, events: Reasons, tilt_std: f64) -> Reasons {
-        let mut reasons = Reasons::empty();
+    /// Remembers what is held against a sample.
+    pub(crate) fn note(&mut self, time: f64, events: Reasons) {
         for (reason, last) in &mut self.last_event {
             if events.contains(*reason) {
                 *last = time;
             }
-            reasons.set(*reason, time - *last <= self.config.memory);
+        }
+    }
+
+    /// Longest gap that is bridged, s.
+    pub(crate) fn longest_gap(&self) -> f64 {
+        self.config.longest_gap
+    }
+
+    /// The foot was not seen for too long.
+    pub(crate) fn lose(&mut self) {
+        self.lost = true;
+    }
+
+    /// Reasons that hold at `time`, given the `events` of the sample and the tilt uncertainty (rad) of the filter.
+    pub(crate) fn assess(&mut self, time: f64, events: Reasons, tilt_std: f64) -> Reasons {
+        self.note(time, events);
+        let mut reasons = Reasons::empty();
+        for (reason, last) in self.last_event {
+            reasons.set(reason, time - last <= self.config.memory);
         }
         self.moving_start &= tilt_std > self.config.tilt_limit;
         let unaided = time - self.last_zero_velocity;
         reasons.set(Reasons::MOVING_START, self.moving_start);
         reasons.set(Reasons::UPDATES_REJECTED, self.rejecting);
         reasons.set(Reasons::NO_ZERO_VELOCITY, unaided > self.config.degraded_after);
-        reasons.set(Reasons::LOST, unaided > self.config.invalid_after);
+        self.lost |= unaided > self.config.invalid_after;
+        reasons.set(Reasons::LOST, self.lost);
         reasons
     }
 }
@@ -173,7 +193,7 @@ mod tests {
         assert_eq!(monitor.assess(3.1, Reasons::empty(), 0.0), Reasons::NO_ZERO_VELOCITY);
         assert_eq!(monitor.assess(15.1, Reasons::empty(), 0.0).status(), Status::Invalid);
         monitor.zero_velocity(15.2, true);
-        assert_eq!(monitor.assess(15.2, Reasons::empty(), 0.0).status(), Status::Ok);
+        assert_eq!(monitor.assess(15.2, Reasons::empty(), 0.0), Reasons::LOST);
     }
 
     #[test]

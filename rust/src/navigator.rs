@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
-use crate::alignment::{Alignment, level_by_arctangent};
+use crate::alignment::Alignment;
 use crate::calibration::Calibrator;
 use crate::config::Config;
 use crate::detector::{Decision, Detector};
@@ -55,10 +55,12 @@ pub struct Navigator {
     phase: Phase,
     monitor: HealthMonitor,
     latest: Option<Solution>,
+    /// All that spoke against a solution since the start was aligned.
+    reasons_so_far: Reasons,
     first_time: Option<f64>,
     newest: Option<ImuSample>,
     ended: bool,
-    failure: Option<NumericalError>,
+    failure: Option<Error>,
 }
 
 /// A calibrated sample and what is held against it.
@@ -110,6 +112,7 @@ impl Navigator {
             phase: Phase::Aligning(Alignment::new(config.alignment.clone(), &strapdown)),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
+            reasons_so_far: Reasons::empty(),
             first_time: None,
             newest: None,
             ended: false,
@@ -122,7 +125,8 @@ impl Navigator {
     ///
     /// # Errors
     /// [`DataError`] for a sample that is not finite or goes back in time: it is refused and counted, and the next good one goes on after a gap.
-    /// [`NumericalError`] when the filter cannot go on; every later call repeats it until [`Navigator::reset`].
+    /// [`DataError`] when the start cannot be aligned and [`NumericalError`] when the filter cannot go on; every later call repeats these until
+    /// [`Navigator::reset`].
     #[inline]
     pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
         self.check_running()?;
@@ -177,6 +181,7 @@ impl Navigator {
         self.phase = Phase::Aligning(Alignment::new(self.config.alignment.clone(), &self.strapdown));
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
+        self.reasons_so_far = Reasons::empty();
         self.first_time = None;
         self.newest = None;
         self.ended = false;
@@ -204,8 +209,11 @@ impl Navigator {
     pub fn now(&self) -> Result<Option<NavState>, NumericalError> {
         let Some(newest) = self.newest else { return Ok(None) };
         let state = match &self.phase {
-            Phase::Walking(walk) => walk.ahead(&self.strapdown, self.pending.iter().map(|arrived| &arrived.sample)),
-            Phase::Aligning(_) => NavState::at_rest(newest.time, level_by_arctangent(&newest.specific_force)),
+            Phase::Walking(walk) => {
+                let samples = self.pending.iter().map(|arrived| &arrived.sample);
+                walk.ahead(&self.strapdown, self.config.health.longest_gap, samples)
+            }
+            Phase::Aligning(alignment) => NavState::at_rest(newest.time, alignment.attitude_of(&newest.specific_force)),
         };
         if state.is_finite() { Ok(Some(state)) } else { Err(NumericalError::StateNotFinite { time: newest.time }) }
     }
@@ -231,6 +239,14 @@ impl Navigator {
         }
     }
 
+    /// Trust in the whole walk: all that spoke against it since the start was aligned.
+    #[must_use]
+    pub fn health_of_walk(&self) -> Health {
+        let health = self.health();
+        let aligning = health.reasons & Reasons::ALIGNING;
+        Health { reasons: self.reasons_so_far | aligning, ..health }
+    }
+
     /// Checks that the start was aligned, as a whole walk needs.
     ///
     /// # Errors
@@ -248,47 +264,63 @@ impl Navigator {
 
     fn check_running(&self) -> Result<(), Error> {
         match &self.failure {
-            Some(failure) => Err(failure.clone().into()),
+            Some(failure) => Err(failure.clone()),
             None if self.ended => Err(DataError::AfterFlush.into()),
             None => Ok(()),
         }
     }
 
-    /// Gives the oldest waiting sample its decision and solves it.
+    /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since the sample is lost.
     #[inline]
     fn release(&mut self, decision: &Decision) -> Result<Option<Solution>, Error> {
-        let Some(Arrived { sample, events }) = self.pending.pop_front() else { return Ok(None) };
-        let solution = match &mut self.phase {
-            Phase::Walking(walk) => walk
-                .update(&self.strapdown, &self.config.filter, &mut self.monitor, &sample, events, decision)
-                .inspect_err(|failure| self.failure = Some(failure.clone()))?,
-            Phase::Aligning(alignment) => match alignment.push(&sample)? {
-                None => Solution::at_start(&sample, alignment.attitude_so_far(), events, decision),
-                Some(aligned) => {
-                    let filter = ErrorStateFilter::new(&self.config, &aligned, sample.time, self.strapdown.earth_rate);
-                    self.monitor.aligned(sample.time, aligned.at_rest);
-                    self.phase = Phase::Walking(Walk::new(filter, &sample));
-                    Solution::at_start(&sample, aligned.attitude, events, decision)
-                }
-            },
-        };
+        let Some(arrived) = self.pending.pop_front() else { return Ok(None) };
+        let solution = self.solve(&arrived, decision).inspect_err(|failure| self.failure = Some(failure.clone()))?;
         self.latest = Some(solution);
+        if !solution.reasons.contains(Reasons::ALIGNING) {
+            self.reasons_so_far |= solution.reasons;
+        }
         Ok(Some(solution))
+    }
+
+    #[inline]
+    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
+        let Arrived { sample, events } = arrived;
+        match &mut self.phase {
+            Phase::Walking(walk) => {
+                let config = &self.config.filter;
+                Ok(walk.update(&self.strapdown, config, &mut self.monitor, sample, *events, decision)?)
+            }
+            Phase::Aligning(alignment) => {
+                self.monitor.note(sample.time, *events);
+                let reasons = *events | Reasons::ALIGNING;
+                let Some(aligned) = alignment.push(sample)? else {
+                    let nav = NavState::at_rest(sample.time, alignment.attitude_so_far());
+                    return Ok(Solution::at_start(nav, decision, reasons));
+                };
+                let (anchor, moving) = alignment.handover(sample);
+                let filter = ErrorStateFilter::new(&self.config, &aligned, anchor.time, self.strapdown.earth_rate);
+                let mut walk = Walk::new(filter, &anchor);
+                for sample in moving {
+                    walk.step(&self.strapdown, sample, Reasons::empty());
+                }
+                let solution = walk.solution(decision, reasons);
+                self.monitor.aligned(sample.time, aligned.at_rest);
+                self.phase = Phase::Walking(walk);
+                Ok(solution)
+            }
+        }
     }
 }
 
 impl Solution {
     /// While the start is being aligned the foot stays at the origin.
-    fn at_start(sample: &ImuSample, attitude: UnitQuaternion<f64>, events: Reasons, decision: &Decision) -> Self {
+    fn at_start(nav: NavState, decision: &Decision, reasons: Reasons) -> Self {
+        let (gyro_bias, accel_bias) = (Vector3::zeros(), Vector3::zeros());
         Self {
-            estimate: Estimate {
-                nav: NavState::at_rest(sample.time, attitude),
-                gyro_bias: Vector3::zeros(),
-                accel_bias: Vector3::zeros(),
-            },
+            estimate: Estimate { nav, gyro_bias, accel_bias },
             position_std: Vector3::zeros(),
             zero_velocity: decision.stationary,
-            reasons: events | Reasons::ALIGNING,
+            reasons,
         }
     }
 }

@@ -30,7 +30,8 @@ pub enum MechanizationKind {
     TwoSample,
     /// Rate and specific force taken as constant over the interval; rotation compensated, coning and sculling not.
     SingleSample,
-    /// C = C (I + ΩT), v += (C f + g) T, p += v T + (C f + g) T²/2 (Wang et al. 2019, eq. 1), the attitude made orthonormal again after each step.
+    /// C = C (I + ΩT), v += (C f + g) T, p += v T + (C f + g) T²/2 with the new v, as printed (Wang et al. 2019, eq. 1); the attitude is made
+    /// orthonormal again after each step, and the Earth does not turn it.
     FirstOrder,
 }
 
@@ -116,13 +117,20 @@ impl Strapdown {
     #[inline]
     pub fn increments(&self, previous: &ImuSample, current: &ImuSample) -> Increments {
         let dt = current.time - previous.time;
-        let bridged = (dt - REACH * self.nominal_interval).max(0.0);
-        let (before, own) = (0.5 * bridged, dt - 0.5 * bridged);
+        let before = 0.5 * self.bridged(previous, current);
+        let own = dt - before;
         Increments {
             dt,
             angle: own * current.angular_rate + before * previous.angular_rate,
             velocity: own * current.specific_force + before * previous.specific_force,
         }
+    }
+
+    /// Part of the interval between two stamps that no sample speaks for, s; zero when none is missing.
+    #[must_use]
+    #[inline]
+    pub fn bridged(&self, previous: &ImuSample, current: &ImuSample) -> f64 {
+        (current.time - previous.time - REACH * self.nominal_interval).max(0.0)
     }
 
     /// Advances `state` over the interval of `now`; `before` are the increments of the interval that ended where this one begins.
@@ -178,13 +186,16 @@ impl Strapdown {
 #[must_use]
 #[inline]
 pub(crate) fn second_order(before: &Increments, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
-    if before.dt <= 0.0 {
-        return (Vector3::zeros(), Vector3::zeros());
-    }
-    let weight = now.dt * now.dt / (6.0 * before.dt * (before.dt + now.dt));
+    let weight = pairing_weight(before.dt, now.dt);
     let coning = weight * before.angle.cross(&now.angle);
     let sculling = weight * (before.angle.cross(&now.velocity) + before.velocity.cross(&now.angle));
     (coning, sculling)
+}
+
+/// The weight of the products of increments in coning and sculling; zero when there is no interval before.
+#[inline]
+fn pairing_weight(before: f64, now: f64) -> f64 {
+    if before > 0.0 { now * now / (6.0 * before * (before + now)) } else { 0.0 }
 }
 
 /// The rotation nearest to C (I + [θ×]) turns by atan |θ| about θ; the velocity turns with the matrix before it is made orthonormal, as published.

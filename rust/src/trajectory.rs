@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::config::Config;
-use crate::error::Error;
+use crate::error::{DataError, Error};
 use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
 use crate::sample::ImuSample;
@@ -90,27 +90,34 @@ impl Trajectory {
     }
 }
 
-/// Tracks a whole recording: one row per sample, and the health at its end.
+/// Tracks a whole recording: one row per sample, and the health of the whole walk.
 ///
 /// # Errors
-/// [`crate::error::ConfigError`] for a setting out of range, [`crate::error::DataError`] for samples that cannot be used or are too few,
+/// [`crate::error::ConfigError`] for a setting out of range, [`DataError`] for samples that cannot be used or are too few,
 /// [`crate::error::NumericalError`] when the filter cannot go on.
 pub fn track(samples: &[ImuSample], config: &Config) -> Result<(Trajectory, Health), Error> {
-    let mut navigator = Navigator::new(config.clone(), sample_rate(samples))?;
+    let Some(rate) = sample_rate(samples) else {
+        let (samples, needed) = (samples.len() as u64, config.alignment.duration);
+        return Err(DataError::TooShort { samples, duration: 0.0, needed }.into());
+    };
+    let mut navigator = Navigator::new(config.clone(), rate)?;
     let mut trajectory = navigator.push_block(samples)?;
     trajectory.append(navigator.flush()?);
     navigator.check_aligned()?;
-    Ok((trajectory, navigator.health()))
+    Ok((trajectory, navigator.health_of_walk()))
 }
 
-/// Samples per second: the inverse of the median of the intervals that are not zero; zero when there is none.
+/// Samples per second: the inverse of the median of the intervals that are not zero; none when there is no such interval.
 #[must_use]
-pub fn sample_rate(samples: &[ImuSample]) -> f64 {
+pub fn sample_rate(samples: &[ImuSample]) -> Option<f64> {
     let mut intervals: Vec<f64> =
         samples.windows(2).map(|pair| pair[1].time - pair[0].time).filter(|&interval| interval > 0.0).collect();
-    if intervals.is_empty() {
-        return 0.0;
-    }
     let middle = intervals.len() / 2;
-    1.0 / *intervals.select_nth_unstable_by(middle, f64::total_cmp).1
+    if intervals.is_empty() {
+        return None;
+    }
+    let even = intervals.len().is_multiple_of(2);
+    let (below, &mut upper, _) = intervals.select_nth_unstable_by(middle, f64::total_cmp);
+    let lower = if even { below.iter().copied().fold(0.0, f64::max) } else { upper };
+    Some(2.0 / (lower + upper))
 }

@@ -18,6 +18,9 @@ SIDE = 10.0
 
 RATE_HZ = 200.0
 
+EASTWARDS_DEG = 90.0
+"""Heading of the first side of the square."""
+
 ORIGIN = (45.0, 7.0, 0.0)
 """Where the walk is put on the map: at the latitude and height whose gravity the default settings assume."""
 
@@ -39,11 +42,13 @@ def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
     """
     require("matplotlib", "footnav[plot]")
     make_folder(out)
+    config = Config.preset("mpu6050")
+    config = config.replace(alignment=config.alignment.replace(heading_deg=EASTWARDS_DEG))
     recording, truth = simulate(Route.square(SIDE), "walk", "mpu6050", seed, rate_hz=RATE_HZ)
     title = f"A simulated walk around a square of {SIDE:g} m with an MPU6050"
     with attending(recording.name) as progress:
         started = time.perf_counter()
-        trajectory = track(recording, Config.preset("mpu6050"), progress=progress)
+        trajectory = track(recording, config, progress=progress)
         rate = len(recording) / (time.perf_counter() - started)
         recording.save(out / "recording.csv")
         trajectory.save(out / "track.csv")

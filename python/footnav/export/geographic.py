@@ -38,7 +38,8 @@ def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
     Warns
     -----
     FootnavWarning
-        When there is no origin: the track is then put at latitude 0, longitude 0.
+        When there is no origin, and the track is put at latitude 0, longitude 0; when there is one, but x may not
+        be east.
     """
     _check_positions(traj)
     latitude, longitude, height = _origin(traj, origin)
@@ -48,10 +49,16 @@ def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
 
 
 def _origin(traj: Trajectory, origin: Sequence[float] | None) -> Origin:
-    if origin is not None:
-        return check_origin(origin)
-    if traj.origin is not None:
-        return traj.origin
+    given = check_origin(origin) if origin is not None else traj.origin
+    if given is not None:
+        if not traj.heading_known:
+            warnings.warn(
+                "the heading at the start is not known, so the map shows the track turned about its origin: "
+                "set alignment.heading_deg in the configuration, or take it from the magnetometer",
+                FootnavWarning,
+                stacklevel=2,
+            )
+        return given
     warnings.warn(
         "the track has no origin and is put at latitude 0, longitude 0: "
         "set output.origin in the configuration, or save(..., origin=(latitude, longitude, height))",

@@ -35,21 +35,47 @@ impl Walk {
         events: Reasons,
         decision: &Decision,
     ) -> Result<Solution, NumericalError> {
-        let step = self.propagate(strapdown, sample);
-        self.filter.predict(&step, events.contains(Reasons::CLIPPED));
-        if decision.stationary && step.dt > 0.0 {
+        let elapsed = sample.time - self.previous.time;
+        if elapsed > monitor.longest_gap() {
+            self.resume(sample, elapsed);
+            monitor.lose();
+        }
+        let step = self.step(strapdown, sample, events);
+        if !decision.stationary {
+            self.rejected_for = 0.0;
+        } else if step.dt > 0.0 {
             monitor.zero_velocity(sample.time, self.zero_velocity(config, sample));
         }
-        if self.rests(config, sample, step.dt) {
+        if self.rests(config, sample, step.dt, events) {
             monitor.zero_angular_rate(self.filter.zero_angular_rate(sample, config.zero_angular_rate_std).accepted);
         }
         self.filter.check()?;
-        Ok(Solution {
+        Ok(self.solution(decision, monitor.assess(sample.time, events, self.filter.tilt_std())))
+    }
+
+    #[inline]
+    pub(super) fn solution(&self, decision: &Decision, reasons: Reasons) -> Solution {
+        Solution {
             estimate: self.filter.estimate,
             position_std: self.filter.position_std(),
             zero_velocity: decision.stationary,
-            reasons: monitor.assess(sample.time, events, self.filter.tilt_std()),
-        })
+            reasons,
+        }
+    }
+
+    /// Strapdown and prediction over the interval that `sample` ends.
+    #[inline]
+    pub(super) fn step(&mut self, strapdown: &Strapdown, sample: &ImuSample, events: Reasons) -> Step {
+        let bridged = strapdown.bridged(&self.previous, sample);
+        let step = self.propagate(strapdown, sample);
+        self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged);
+        step
+    }
+
+    /// Goes on after a gap that is too long to be bridged.
+    fn resume(&mut self, sample: &ImuSample, elapsed: f64) {
+        self.filter.resume(sample.time, elapsed);
+        *self = Self::new(self.filter.clone(), sample);
     }
 
     /// Strapdown over the interval that `sample` ends.
@@ -65,9 +91,18 @@ impl Walk {
     }
 
     /// Where the strapdown alone leads from here.
-    pub(super) fn ahead<'a>(&self, strapdown: &Strapdown, samples: impl Iterator<Item = &'a ImuSample>) -> NavState {
+    pub(super) fn ahead<'a>(
+        &self,
+        strapdown: &Strapdown,
+        longest_gap: f64,
+        samples: impl Iterator<Item = &'a ImuSample>,
+    ) -> NavState {
         let mut walk = self.clone();
         for sample in samples {
+            let elapsed = sample.time - walk.previous.time;
+            if elapsed > longest_gap {
+                walk.resume(sample, elapsed);
+            }
             walk.propagate(strapdown, sample);
         }
         walk.filter.estimate.nav
@@ -85,8 +120,9 @@ impl Walk {
 
     /// Whether the foot has not turned for so long that the gyroscope reads its own bias.
     #[inline]
-    fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64) -> bool {
-        let still = self.angular_rate_squared(sample) < config.rest_rate.powi(2);
+    fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64, events: Reasons) -> bool {
+        let seen = !events.contains(Reasons::GAP);
+        let still = seen && self.angular_rate_squared(sample) < config.rest_rate.powi(2);
         self.still_for = if still { self.still_for + dt } else { 0.0 };
         config.zero_angular_rate && dt > 0.0 && self.still_for >= config.rest_duration
     }

@@ -55,6 +55,7 @@ impl PyNavigator {
         Ok(solution?.is_some())
     }
 
+    #[pyo3(name = "_push_columns")]
     fn push_columns<'py>(
         &mut self,
         py: Python<'py>,
@@ -69,11 +70,13 @@ impl PyNavigator {
         columns(py, solutions?)
     }
 
+    #[pyo3(name = "_flush_columns")]
     fn flush_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.check(py)?;
         columns(py, py.detach(|| self.inner.flush())?)
     }
 
+    #[pyo3(name = "_check_aligned")]
     fn check_aligned(&self) -> PyResult<()> {
         Ok(self.inner.check_aligned().map_err(Error::from)?)
     }
@@ -83,13 +86,15 @@ impl PyNavigator {
         self.check(py)
     }
 
+    #[pyo3(name = "_state_now")]
     fn state_now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let state = self.inner.now().map_err(Error::from)?;
         state.map(|state| state_columns(py, &state)).transpose()
     }
 
-    fn health_fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let health = self.inner.health();
+    #[pyo3(name = "_health_fields")]
+    fn health_fields<'py>(&self, py: Python<'py>, of_walk: bool) -> PyResult<Bound<'py, PyDict>> {
+        let health = if of_walk { self.inner.health_of_walk() } else { self.inner.health() };
         let counters = PyDict::new(py);
         counters.set_item("samples", health.counters.samples)?;
         counters.set_item("repeated", health.counters.repeated)?;

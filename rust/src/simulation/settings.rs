@@ -6,12 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::limits;
-use crate::earth;
+use crate::config::Config;
 use crate::error::ConfigError;
 use crate::strapdown::{MechanizationKind, Strapdown};
-
-/// Latitude of the default gravity, rad: 45 degrees, at sea level.
-const DEFAULT_LATITUDE: f64 = std::f64::consts::FRAC_PI_4;
 
 /// How often and with what random numbers a walk is sampled, and the strapdown and the Earth that it is sampled for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,7 +35,7 @@ impl Default for SimulationSettings {
             jitter: 0.0,
             seed: 0,
             kind: MechanizationKind::default(),
-            gravity: earth::normal_gravity(DEFAULT_LATITUDE, 0.0),
+            gravity: Config::default().gravity(),
             earth_rate: Vector3::zeros(),
         }
     }

@@ -8,7 +8,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{Increments, MechanizationKind, NavState, Strapdown};
+use super::{Increments, MechanizationKind, NavState, Strapdown, pairing_weight};
 use crate::rotation;
 
 impl Strapdown {
@@ -67,11 +67,6 @@ fn first_order(rotation_vector: &Vector3<f64>, specific_velocity: &Vector3<f64>)
     let turn = rotation_vector.norm();
     let angle = if turn > 0.0 { rotation_vector * (turn.tan() / turn) } else { *rotation_vector };
     (angle, solve_with_cross(&angle, specific_velocity))
-}
-
-/// The weight of the products of increments in coning and sculling; zero when there is no interval before.
-fn pairing_weight(before: f64, now: f64) -> f64 {
-    if before > 0.0 { now * now / (6.0 * before * (before + now)) } else { 0.0 }
 }
 
 /// The x of (I + [a×]) x = b, by the closed form of that inverse.
