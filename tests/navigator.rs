@@ -1,7 +1,10 @@
 //! The navigator as a Rust program meets it.
 
-use footnav::config::{AlignmentConfig, DetectorConfig, MagnitudeVarianceConfig, ShoeConfig};
-use footnav::detector::{Decision, Detector};
+use footnav::config::{
+    AccelerationMagnitudeConfig, AlignmentConfig, AngularRateEnergyConfig, DetectorConfig, MagnitudeDebouncedConfig,
+    MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig, ThreeConditionConfig, WindowedEnergiesConfig,
+};
+use footnav::detector::{Decision, Detector, Given, decide_all};
 use footnav::health::{Reasons, Status};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk, simulate};
 use footnav::strapdown::MechanizationKind;
@@ -69,17 +72,61 @@ fn an_ideal_sensor_leads_back_to_the_truth_within_what_a_rolling_foot_allows() {
     assert_eq!(health.reasons.status(), Status::Ok);
 }
 
+fn every_detector() -> [DetectorConfig; 9] {
+    let magnitude = MagnitudeVarianceConfig { magnitude_gate: 0.3, ..MagnitudeVarianceConfig::default() };
+    [
+        DetectorConfig::default(),
+        DetectorConfig::Shoe(ShoeConfig::default()),
+        DetectorConfig::MagnitudeVariance(magnitude),
+        DetectorConfig::WindowedEnergies(WindowedEnergiesConfig::default()),
+        DetectorConfig::MagnitudeDebounced(MagnitudeDebouncedConfig::default()),
+        DetectorConfig::ThreeCondition(ThreeConditionConfig::default()),
+        DetectorConfig::AngularRateEnergy(AngularRateEnergyConfig::default()),
+        DetectorConfig::MovingVariance(MovingVarianceConfig::default()),
+        DetectorConfig::AccelerationMagnitude(AccelerationMagnitudeConfig::default()),
+    ]
+}
+
+#[test]
+fn every_detector_gives_the_batch_result_to_the_bit_in_blocks_and_after_a_reset() {
+    let samples = walk(&SensorErrors::mpu6050(), 1).samples;
+    for detector in every_detector() {
+        let config = Config { detector, ..Config::default() };
+        let (batch, _) = track(&samples, &config).unwrap();
+        let mut navigator = Navigator::new(config, RATE).unwrap();
+        navigator.push_block(&samples[..700]).unwrap();
+        navigator.reset();
+        let mut states = Trajectory::default();
+        for block in samples.chunks(37) {
+            states.append(navigator.push_block(block).unwrap());
+        }
+        assert_eq!(states.len(), samples.len() - navigator.latency());
+        states.append(navigator.flush().unwrap());
+        assert_eq!(states, batch, "{:?}", navigator.latency());
+    }
+}
+
+#[test]
+fn given_decisions_are_followed() {
+    let samples = walk(&SensorErrors::mpu6050(), 1).samples;
+    let config = Config::default();
+    let decisions = decide_all(&config, RATE, &samples).unwrap();
+    let given = Given::new(decisions.iter().map(|decision| decision.stationary).collect());
+    let mut navigator = Navigator::with_detector(config.clone(), RATE, Box::new(given)).unwrap();
+    assert_eq!(navigator.latency(), 0);
+    let (batch, _) = track(&samples, &config).unwrap();
+    for _ in 0..2 {
+        assert_eq!(navigator.push_block(&samples).unwrap(), batch);
+        navigator.reset();
+    }
+}
+
 #[test]
 fn every_mechanization_and_detector_tracks_a_walk() {
     let Walk { samples, truth, .. } = walk(&SensorErrors::stim300(), 3);
     let end = truth.last().unwrap().position;
     let kinds = [MechanizationKind::TwoSample, MechanizationKind::SingleSample, MechanizationKind::FirstOrder];
-    let magnitude = MagnitudeVarianceConfig { magnitude_gate: 0.3, ..MagnitudeVarianceConfig::default() };
-    let detectors = [
-        DetectorConfig::default(),
-        DetectorConfig::Shoe(ShoeConfig::default()),
-        DetectorConfig::MagnitudeVariance(magnitude),
-    ];
+    let detectors = every_detector();
     for kind in kinds {
         for detector in &detectors {
             let mut config = Config { detector: detector.clone(), ..Config::default() };

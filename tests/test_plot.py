@@ -9,9 +9,19 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from footnav.config import ThreeCondition
 from footnav.detection import Detection
 from footnav.errors import ConfigError, DataError, FootnavError
-from footnav.plot import overview, plot_detector, plot_height, plot_track, plot_velocity, save_overview
+from footnav.plot import (
+    overview,
+    plot_conditions,
+    plot_detector,
+    plot_height,
+    plot_track,
+    plot_velocity,
+    save_overview,
+)
+from footnav.recording import Recording
 from footnav.trajectory import Trajectory
 from test_trajectory import REST, walk
 
@@ -179,3 +189,17 @@ def test_pyplot_is_left_alone(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_each_condition_has_a_panel_in_units_of_its_threshold() -> None:
+    """And the last one is what all of them say together."""
+    rng = np.random.default_rng(5)
+    moving = np.repeat([0.0, 1.0, 0.0], 100)[:, None]
+    accel = np.array([0.0, 0.0, 9.81]) + (0.01 + 3 * moving) * rng.normal(size=(300, 3))
+    rec = Recording(np.arange(300) / 100, accel, (0.01 + 2 * moving) * rng.normal(size=(300, 3)))
+    panels = plot_conditions(rec, ThreeCondition(rate_threshold=0.7)).axes
+    assert [ax.get_ylabel() for ax in panels] == ["magnitude", "variance", "rate", "all"]
+    *alone, together = (np.asarray(ax.get_lines()[0].get_ydata()) for ax in panels)
+    np.testing.assert_allclose(together, np.max(alone, axis=0))
+    inside = np.isfinite(together)
+    np.testing.assert_allclose(alone[2][inside], np.linalg.norm(rec.gyro, axis=1)[inside] / 0.7)

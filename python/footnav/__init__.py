@@ -9,17 +9,23 @@ Examples
 
 from footnav._core import __version__
 from footnav.config import (
+    AccelerationMagnitude,
     AdaptiveShoe,
     Alignment,
+    AngularRateEnergy,
     Calibration,
     Config,
     Filter,
     HealthLimits,
+    MagnitudeDebounced,
     MagnitudeVariance,
     Mechanization,
+    MovingVariance,
     Output,
     Sensor,
     Shoe,
+    ThreeCondition,
+    WindowedEnergies,
     load_config,
 )
 from footnav.detection import Detection, detect
@@ -31,12 +37,15 @@ from footnav.io import read
 from footnav.navigator import Navigator, State
 from footnav.recording import Recording
 from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
+from footnav.stance import StanceDetector
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
 __all__ = [
+    "AccelerationMagnitude",
     "AdaptiveShoe",
     "Alignment",
+    "AngularRateEnergy",
     "Calibration",
     "Config",
     "ConfigError",
@@ -50,8 +59,10 @@ __all__ = [
     "Gait",
     "Health",
     "HealthLimits",
+    "MagnitudeDebounced",
     "MagnitudeVariance",
     "Mechanization",
+    "MovingVariance",
     "Navigator",
     "NumericalError",
     "Output",
@@ -61,11 +72,14 @@ __all__ = [
     "Sensor",
     "SensorErrors",
     "Shoe",
+    "StanceDetector",
     "State",
     "Status",
+    "ThreeCondition",
     "Trajectory",
     "TriadErrors",
     "Waypoint",
+    "WindowedEnergies",
     "__version__",
     "detect",
     "diagnose",

@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Self, disjoint_base
 
+from footnav.stance import StanceDetector
+
 __all__ = [
     "Navigator",
     "__version__",
@@ -23,7 +25,13 @@ __version__: str
 
 @disjoint_base
 class Navigator:
-    def __new__(cls, config: bytes, rate_hz: float) -> Self: ...
+    def __new__(
+        cls,
+        config: bytes,
+        rate_hz: float,
+        detector: StanceDetector | None = None,
+        stationary: list[bool] | None = None,
+    ) -> Self: ...
     def push(self, t: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> bool: ...
     def _push_columns(
         self, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]
@@ -58,7 +66,12 @@ def preset_names() -> list[str]: ...
 def check_config(config: bytes) -> None: ...
 def gravity(config: bytes) -> float: ...
 def detect(
-    config: bytes, rate_hz: float, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]
+    config: bytes,
+    rate_hz: float,
+    t: NDArray[np.float64],
+    accel: NDArray[np.float64],
+    gyro: NDArray[np.float64],
+    detector: StanceDetector | None = None,
 ) -> dict[str, NDArray[Any]]: ...
 def simulate(plan: bytes) -> dict[str, NDArray[Any]]: ...
 def gait_preset(name: str) -> str: ...

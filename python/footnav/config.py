@@ -7,10 +7,10 @@ degrees where the name ends in ``_deg``.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args, get_type_hints
 
 import msgspec
 import numpy as np
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 Vector: TypeAlias = tuple[float, float, float]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
+
+Condition: TypeAlias = Literal["magnitude", "variance", "rate"]
 
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -208,6 +210,9 @@ class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
 class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-variance"):
     """Magnitude and sliding variance of the specific force (Wu et al., eqs. 4-5).
 
+    The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on real recordings of an
+    MPU6050, in g they do not.
+
     Attributes
     ----------
     window : float
@@ -223,7 +228,141 @@ class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", ta
     variance_gate: float = 0.06
 
 
-Detector: TypeAlias = AdaptiveShoe | Shoe | MagnitudeVariance
+class WindowedEnergies(Section, frozen=True, kw_only=True, tag_field="kind", tag="windowed-energies"):
+    """Energies of specific force and angular rate over a window (Wang et al. 2019, eq. 3).
+
+    The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+
+    Attributes
+    ----------
+    window : float
+        Length of the window, s.
+    accel_std, gyro_std : float
+        Standard deviations that the energies are weighed with, m/s² and rad/s.
+    accel_threshold, gyro_threshold : float
+        Energies from which a sample moves.
+    """
+
+    window: float = 0.15
+    accel_std: float = 0.02
+    gyro_std: float = 8.7e-3
+    accel_threshold: float = 3.0e3
+    gyro_threshold: float = 6.0e3
+
+
+class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-debounced"):
+    """Magnitude of the specific force, without isolated detections and gaps (Abdulrahim et al.).
+
+    The statistic and its threshold are those of each sample alone; the decision also depends on the samples around it.
+
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints
+    none.
+
+    Attributes
+    ----------
+    magnitude_gate : float
+        Deviation of the magnitude from gravity from which a sample moves, m/s².
+    longest_gap : float
+        Gap between two detections up to which it is filled, s.
+    shortest_stance : float
+        Stance, gaps filled, below which it is dropped, s.  The latency is this and `longest_gap`,
+        less one sample.
+    """
+
+    magnitude_gate: float = 0.3
+    longest_gap: float = 0.02
+    shortest_stance: float = 0.15
+
+
+class ThreeCondition(Section, frozen=True, kw_only=True, tag_field="kind", tag="three-condition"):
+    """Magnitude, variance and rate, together or any of them (Wang Libing et al. 2016).
+
+    The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
+    IMU; the paper prints none.
+
+    Attributes
+    ----------
+    conditions : tuple of {"magnitude", "variance", "rate"}
+        The conditions that must hold, one or more: |f| near gravity, its variance low, |ω| low.
+    window : float
+        Length of the variance's window, s; the other conditions look at its centre.
+    magnitude_band : float
+        Deviation of the magnitude from gravity from which a sample moves, m/s².
+    variance_threshold : float
+        Variance of the magnitude from which a sample moves, m²/s⁴.
+    rate_threshold : float
+        Angular rate from which a sample moves, rad/s.
+    """
+
+    conditions: tuple[Condition, ...] = ("magnitude", "variance", "rate")
+    window: float = 0.15
+    magnitude_band: float = 0.3
+    variance_threshold: float = 0.5
+    rate_threshold: float = 0.5
+
+
+class AngularRateEnergy(Section, frozen=True, kw_only=True, tag_field="kind", tag="angular-rate-energy"):
+    """Energy of the angular rate: ARE of Skog et al. 2010.
+
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+
+    Attributes
+    ----------
+    window : float
+        Length of the window, s.
+    threshold : float
+        Mean square of the angular rate up to which a sample is stationary, rad²/s².
+    """
+
+    window: float = 0.1
+    threshold: float = 0.8
+
+
+class MovingVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="moving-variance"):
+    """Moving variance of the specific force: MV of Skog et al. 2010.
+
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+
+    Attributes
+    ----------
+    window : float
+        Length of the window, s.
+    threshold : float
+        Variance of the specific force, summed over the axes, up to which a sample is stationary, m²/s⁴.
+    """
+
+    window: float = 0.15
+    threshold: float = 0.2
+
+
+class AccelerationMagnitude(Section, frozen=True, kw_only=True, tag_field="kind", tag="acceleration-magnitude"):
+    """Magnitude of the specific force: MAG of Skog et al. 2010.
+
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+
+    Attributes
+    ----------
+    window : float
+        Length of the window, s.
+    threshold : float
+        Mean square of the magnitude less gravity up to which a sample is stationary, m²/s⁴.
+    """
+
+    window: float = 0.1
+    threshold: float = 0.1
+
+
+Detector: TypeAlias = (
+    AdaptiveShoe
+    | Shoe
+    | MagnitudeVariance
+    | WindowedEnergies
+    | MagnitudeDebounced
+    | ThreeCondition
+    | AngularRateEnergy
+    | MovingVariance
+    | AccelerationMagnitude
+)
 
 
 class Filter(Section, frozen=True, kw_only=True):
@@ -324,8 +463,8 @@ class Config(Section, frozen=True, kw_only=True):
         The start of the walk.
     mechanization : Mechanization
         The strapdown integration.
-    detector : AdaptiveShoe, Shoe or MagnitudeVariance
-        The stance detector.
+    detector : Detector
+        The stance detector: the settings of one of the kinds in ``footnav.config.Detector``.
     filter : Filter
         The error-state filter.
     health : HealthLimits
@@ -439,6 +578,20 @@ def load_config(path: str | Path) -> Config:
         raise ConfigError(f"{path}: {error}") from error
 
 
+def default_detector(kind: str) -> Detector:
+    """Return the default settings of a kind of detector.
+
+    Raises
+    ------
+    ConfigError
+        No such kind; the message lists the known ones.
+    """
+    kinds = _kinds(get_args(Detector))
+    if kind not in kinds:
+        raise ConfigError(_unknown_kind(f"unknown detector {kind!r}", kind, kinds))
+    return cast("Detector", kinds[kind]())
+
+
 def encode(settings: Section | dict[str, Any]) -> bytes:
     """Return settings as JSON for the core.
 
@@ -507,12 +660,21 @@ def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] |
         return None
     if len(sections) == 1:
         return sections[0]
-    kinds = {str(section.__struct_config__.tag): section for section in sections}
+    kinds = _kinds(sections)
     kind = value.get("kind")
     if not isinstance(kind, str) or kind not in kinds:
         found = f"{name}.kind = {kind!r}" if "kind" in value else f"{name} has no kind"
-        raise ConfigError(f"{found}: the known ones are {', '.join(kinds)}{_hint(str(kind), list(kinds))}")
+        raise ConfigError(_unknown_kind(found, str(kind), kinds))
     return kinds[kind]
+
+
+def _kinds(sections: Iterable[type[msgspec.Struct]]) -> dict[str, type[msgspec.Struct]]:
+    """Return the sections by their `kind`."""
+    return {str(section.__struct_config__.tag): section for section in sections}
+
+
+def _unknown_kind(found: str, kind: str, known: dict[str, Any]) -> str:
+    return f"{found}: the known ones are {', '.join(known)}{_hint(kind, list(known))}"
 
 
 def _unknown(key: str, known: tuple[str, ...]) -> str:

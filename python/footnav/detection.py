@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, TypeAlias
 
 from footnav import _core
-from footnav.config import Config, Detector
-from footnav.errors import ConfigError
+from footnav.config import Config, Detector, Section, default_detector
+from footnav.stance import StanceDetector
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from footnav.recording import Recording
+
+Choice: TypeAlias = Detector | Config | str | StanceDetector | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,7 +28,8 @@ class Detection:
     t : ndarray of shape (n,)
         Stamps, s.
     statistic, threshold : ndarray of shape (n,)
-        The test statistic and the value below which it means stance; NaN where the detector's window is not full.
+        The test statistic and the value below which it means stance; NaN where the detector's window is not full, and
+        everywhere with a detector of one's own.
     decision : ndarray of bool of shape (n,)
         Whether the foot is taken to be at rest on the ground.
     """
@@ -41,16 +44,16 @@ class Detection:
         return iter((self.statistic, self.decision))
 
 
-def detect(recording: Recording, detector: Detector | Config | str | None = None) -> Detection:
+def detect(recording: Recording, detector: Choice = None) -> Detection:
     """Run a stance detector over a recording.
 
     Parameters
     ----------
     recording : Recording
         The samples.
-    detector : AdaptiveShoe, Shoe, MagnitudeVariance, Config or str, optional
-        The detector's settings, a configuration that holds them, or the kind of a detector with its default settings.
-        Default: the detector of ``Config()``.
+    detector : Detector, Config, str or StanceDetector, optional
+        The detector's settings, such as `footnav.Shoe`; a configuration that holds them; the kind of a detector with
+        its default settings, such as "shoe"; or a detector of one's own.  Default: the detector of ``Config()``.
 
     Returns
     -------
@@ -60,22 +63,21 @@ def detect(recording: Recording, detector: Detector | Config | str | None = None
     Raises
     ------
     ConfigError
-        Unknown detector, or settings out of range.
+        Unknown detector, settings out of range, or an object that is no `footnav.StanceDetector`.
     """
-    config = _config(detector)
-    columns = _core.detect(config.to_json(), recording.rate_hz, recording.t, recording.accel, recording.gyro)
+    config, own = _choose(detector)
+    columns = _core.detect(config.to_json(), recording.rate_hz, recording.t, recording.accel, recording.gyro, own)
     return Detection(t=recording.t, **columns)
 
 
-def _config(detector: Detector | Config | str | None) -> Config:
+def _choose(detector: Choice) -> tuple[Config, StanceDetector | None]:
+    """Return the settings, and the detector that is not one of footnav's."""
     if detector is None:
-        return Config()
+        return Config(), None
     if isinstance(detector, Config):
-        return detector
+        return detector, None
     if isinstance(detector, str):
-        known = {choice.__struct_config__.tag: choice for choice in get_args(Detector)}
-        if detector not in known:
-            msg = f"unknown detector {detector!r}: the known ones are {', '.join(map(str, known))}"
-            raise ConfigError(msg)
-        return Config(detector=known[detector]())
-    return Config(detector=detector)
+        return Config(detector=default_detector(detector)), None
+    if isinstance(detector, Section):
+        return Config(detector=detector), None
+    return Config(), detector

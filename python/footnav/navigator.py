@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Self
 
+    from footnav.stance import StanceDetector
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
@@ -52,6 +54,9 @@ class Navigator(_core.Navigator):
         Settings; the defaults need no tuning.
     rate_hz : float
         Samples per second, about; sets the lengths of windows and what counts as a gap.
+    detector : StanceDetector, optional
+        A stance detector of one's own instead of the one that the settings name.  What it raises comes out of `push`,
+        `push_block` and `flush`, and again until :meth:`reset`.
 
     Attributes
     ----------
@@ -74,17 +79,21 @@ class Navigator(_core.Navigator):
     Raises
     ------
     ConfigError
-        A setting or the rate is out of range.
+        A setting or the rate is out of range, or `detector` is no `footnav.StanceDetector`.
     """
 
     config: Config
     rate_hz: float
 
-    def __new__(cls, config: Config | None = None, rate_hz: float = 200.0) -> Self:
+    def __new__(
+        cls, config: Config | None = None, rate_hz: float = 200.0, *, detector: StanceDetector | None = None
+    ) -> Self:
         """Build the core's navigator."""
-        return super().__new__(cls, (config or Config()).to_json(), rate_hz)
+        return super().__new__(cls, (config or Config()).to_json(), rate_hz, detector)
 
-    def __init__(self, config: Config | None = None, rate_hz: float = 200.0) -> None:
+    def __init__(
+        self, config: Config | None = None, rate_hz: float = 200.0, *, detector: StanceDetector | None = None
+    ) -> None:
         """Remember the settings."""
         self.config = config or Config()
         self.rate_hz = rate_hz

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footnav.config import Condition, ThreeCondition
+from footnav.detection import Detection, detect
 from footnav.errors import ConfigError, DataError
 from footnav.evaluation import Truth, find_alignment, true_positions
 from footnav.export.atomic import replacing
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from footnav.detection import Detection
+    from footnav.recording import Recording
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -173,6 +175,44 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
     )
     _fit_time(ax, t)
     return ax
+
+
+def plot_conditions(recording: Recording, detector: ThreeCondition | None = None) -> Figure:
+    """Draw each condition of the three-condition detector as if it were alone, and all of them together.
+
+    Wang Libing et al. 2016 compare them so in their fig. 3.
+
+    Parameters
+    ----------
+    recording : Recording
+        The samples.
+    detector : ThreeCondition, optional
+        The thresholds; which of the conditions it uses does not matter.
+
+    Returns
+    -------
+    Figure
+        One panel for each condition and one for all, as `plot_detector` draws them: each quantity in units of its
+        threshold.
+
+    Raises
+    ------
+    ConfigError
+        Settings out of range.
+    DataError
+        As `plot_detector`.
+    FootnavError
+        When matplotlib is missing.
+    """
+    detector = detector or ThreeCondition()
+    every: tuple[Condition, ...] = get_args(Condition)
+    panels = [*((condition,) for condition in every), every]
+    figure = _figure((8, 8))
+    for ax, conditions in zip(figure.subplots(len(panels), sharex=True), panels, strict=True):
+        plot_detector(detect(recording, detector.replace(conditions=conditions)), ax)
+        ax.set_ylabel(conditions[0] if len(conditions) == 1 else "all")
+        ax.label_outer()
+    return figure
 
 
 def overview(

@@ -6,8 +6,11 @@ import dataclasses
 import warnings
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from footnav import _core
 from footnav.config import Config
-from footnav.errors import FootnavError, FootnavWarning
+from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
 from footnav.health import Health, Reason
 from footnav.navigator import Navigator
 from footnav.trajectory import Trajectory
@@ -15,14 +18,23 @@ from footnav.trajectory import Trajectory
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import ArrayLike
+    from typing_extensions import Self
+
     from footnav.recording import Recording
+    from footnav.stance import StanceDetector
 
 BLOCK = 100_000
 """Samples between two looks at the keyboard and two reports of progress."""
 
 
 def track(
-    recording: Recording, config: Config | None = None, *, progress: Callable[[float], None] | None = None
+    recording: Recording,
+    config: Config | None = None,
+    *,
+    stationary: ArrayLike | None = None,
+    detector: StanceDetector | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Track a whole recording.
 
@@ -32,6 +44,10 @@ def track(
         The samples.  Its full-scale ranges are used where the settings name none.
     config : Config, optional
         Settings; the defaults need no tuning.
+    stationary : array_like of bool of shape (n,), optional
+        Where the foot is at rest on the ground, sample by sample: decided by the caller instead of a detector.
+    detector : StanceDetector, optional
+        A stance detector of one's own instead of the one that the settings name; what it raises comes out of here.
     progress : callable, optional
         Called with the share of the samples that is done, 0 to 1.
 
@@ -43,9 +59,10 @@ def track(
     Raises
     ------
     ConfigError
-        Settings at odds with each other.
+        Settings at odds with each other, both `stationary` and `detector`, or a detector that is no
+        `footnav.StanceDetector`.
     DataError
-        The samples cannot be used, or are fewer than the alignment needs.
+        The samples cannot be used, or are fewer than the alignment needs; `stationary` is not a bool for each.
     NumericalError
         The filter cannot go on.
 
@@ -54,8 +71,8 @@ def track(
     FootnavWarning
         Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
     """
-    navigator = Navigator(with_ranges_of(recording, config or Config()), recording.rate_hz)
     try:
+        navigator = _navigator(recording, with_ranges_of(recording, config or Config()), stationary, detector)
         parts = []
         for start in range(0, len(recording), BLOCK):
             rows = slice(start, start + BLOCK)
@@ -65,10 +82,43 @@ def track(
         parts.append(navigator.flush())
         navigator._check_aligned()
     except FootnavError as error:
-        raise type(error)(f"{recording.name}: {error}" if recording.name else str(error)) from error
+        if recording.name:
+            error.args = (f"{recording.name}: {error}",)
+        raise
     health = navigator.health_of_walk()
     _warn(recording.name, health)
     return dataclasses.replace(Trajectory.concatenate(parts), name=recording.name, health=health)
+
+
+class _Told(Navigator):
+    """A navigator that is told at which samples the foot is at rest."""
+
+    def __new__(cls, config: Config, rate_hz: float, stationary: list[bool]) -> Self:
+        return _core.Navigator.__new__(cls, config.to_json(), rate_hz, stationary=stationary)
+
+    def __init__(self, config: Config, rate_hz: float, stationary: list[bool]) -> None:
+        super().__init__(config, rate_hz)
+
+
+def _navigator(
+    recording: Recording, config: Config, stationary: ArrayLike | None, detector: StanceDetector | None
+) -> Navigator:
+    if stationary is None:
+        return Navigator(config, recording.rate_hz, detector=detector)
+    if detector is not None:
+        raise ConfigError("stationary and detector both decide where the foot is at rest: keep one of them")
+    return _Told(config, recording.rate_hz, _decisions(stationary, len(recording)))
+
+
+def _decisions(stationary: ArrayLike, samples: int) -> list[bool]:
+    """Return one bool for each sample, or say what is wrong with what was given."""
+    decisions = np.asarray(stationary)
+    if decisions.dtype != np.bool_:
+        raise DataError(f"stationary is an array of {decisions.dtype}; expected bool")
+    if decisions.shape != (samples,):
+        raise DataError(f"stationary has shape {decisions.shape}; expected ({samples},), one bool for each sample")
+    values: list[bool] = decisions.tolist()
+    return values
 
 
 def with_ranges_of(recording: Recording, config: Config) -> Config:

@@ -187,6 +187,18 @@ pub enum DetectorConfig {
     Shoe(ShoeConfig),
     /// Magnitude and sliding variance of the specific force.
     MagnitudeVariance(MagnitudeVarianceConfig),
+    /// Energies of specific force and angular rate.
+    WindowedEnergies(WindowedEnergiesConfig),
+    /// Magnitude of the specific force, without isolated detections and gaps.
+    MagnitudeDebounced(MagnitudeDebouncedConfig),
+    /// Magnitude, variance and rate, together or any of them.
+    ThreeCondition(ThreeConditionConfig),
+    /// Energy of the angular rate (ARE).
+    AngularRateEnergy(AngularRateEnergyConfig),
+    /// Moving variance of the specific force (MV).
+    MovingVariance(MovingVarianceConfig),
+    /// Magnitude of the specific force (MAG).
+    AccelerationMagnitude(AccelerationMagnitudeConfig),
 }
 
 impl Default for DetectorConfig {
@@ -253,6 +265,8 @@ impl Default for ShoeConfig {
 }
 
 /// Magnitude and sliding variance of the specific force.
+///
+/// The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on real recordings of an MPU6050, in g they do not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagnitudeVarianceConfig {
@@ -267,6 +281,146 @@ pub struct MagnitudeVarianceConfig {
 impl Default for MagnitudeVarianceConfig {
     fn default() -> Self {
         Self { window: 0.055, magnitude_gate: 0.06, variance_gate: 0.06 }
+    }
+}
+
+/// Energies of specific force and angular rate.
+///
+/// The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WindowedEnergiesConfig {
+    /// Length of the window, s: 15 samples at 100 Hz in the paper.
+    pub window: f64,
+    /// Standard deviation that the specific force is weighed with, m/s².
+    pub accel_std: f64,
+    /// Standard deviation that the angular rate is weighed with, rad/s.
+    pub gyro_std: f64,
+    /// Energy of the specific force (`T_a`) from which a sample moves.
+    pub accel_threshold: f64,
+    /// Energy of the angular rate (`T_w`) from which a sample moves.
+    pub gyro_threshold: f64,
+}
+
+impl Default for WindowedEnergiesConfig {
+    fn default() -> Self {
+        Self { window: 0.15, accel_std: 0.02, gyro_std: 8.7e-3, accel_threshold: 3.0e3, gyro_threshold: 6.0e3 }
+    }
+}
+
+/// Magnitude of the specific force, without isolated detections and gaps.
+///
+/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MagnitudeDebouncedConfig {
+    /// Deviation of the magnitude from gravity from which a sample moves, m/s².
+    pub magnitude_gate: f64,
+    /// Gap between detections up to which it is not believed, s.
+    pub longest_gap: f64,
+    /// Detection below which it is not believed, s; the detector's latency is this and the longest gap.
+    pub shortest_stance: f64,
+}
+
+impl Default for MagnitudeDebouncedConfig {
+    fn default() -> Self {
+        Self { magnitude_gate: 0.3, longest_gap: 0.02, shortest_stance: 0.15 }
+    }
+}
+
+/// A condition of the three-condition detector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Condition {
+    /// C1: |f| within a band around gravity.
+    Magnitude,
+    /// C2: variance of |f| below a threshold.
+    Variance,
+    /// C3: |ω| below a threshold.
+    Rate,
+}
+
+/// Magnitude, variance and rate, together or any of them.
+///
+/// The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ThreeConditionConfig {
+    /// The conditions that must hold: one or more, each once.
+    pub conditions: Vec<Condition>,
+    /// Length of the variance's window, s; the other conditions look at its centre.
+    pub window: f64,
+    /// Deviation of the magnitude from gravity from which a sample moves, m/s².
+    pub magnitude_band: f64,
+    /// Variance of the magnitude from which a sample moves, m²/s⁴.
+    pub variance_threshold: f64,
+    /// Angular rate from which a sample moves, rad/s.
+    pub rate_threshold: f64,
+}
+
+impl Default for ThreeConditionConfig {
+    fn default() -> Self {
+        Self {
+            conditions: vec![Condition::Magnitude, Condition::Variance, Condition::Rate],
+            window: 0.15,
+            magnitude_band: 0.3,
+            variance_threshold: 0.5,
+            rate_threshold: 0.5,
+        }
+    }
+}
+
+/// Energy of the angular rate (ARE).
+///
+/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AngularRateEnergyConfig {
+    /// Length of the window, s.
+    pub window: f64,
+    /// Mean square of the angular rate up to which a sample is stationary, rad²/s².
+    pub threshold: f64,
+}
+
+impl Default for AngularRateEnergyConfig {
+    fn default() -> Self {
+        Self { window: 0.1, threshold: 0.8 }
+    }
+}
+
+/// Moving variance of the specific force (MV).
+///
+/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MovingVarianceConfig {
+    /// Length of the window, s.
+    pub window: f64,
+    /// Variance of the specific force, summed over the axes, up to which a sample is stationary, m²/s⁴.
+    pub threshold: f64,
+}
+
+impl Default for MovingVarianceConfig {
+    fn default() -> Self {
+        Self { window: 0.15, threshold: 0.2 }
+    }
+}
+
+/// Magnitude of the specific force (MAG).
+///
+/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AccelerationMagnitudeConfig {
+    /// Length of the window, s.
+    pub window: f64,
+    /// Mean square of |f| - g up to which a sample is stationary, m²/s⁴.
+    pub threshold: f64,
+}
+
+impl Default for AccelerationMagnitudeConfig {
+    fn default() -> Self {
+        Self { window: 0.1, threshold: 0.1 }
     }
 }
 
@@ -479,6 +633,12 @@ impl DetectorConfig {
             Self::AdaptiveShoe(shoe) => shoe.validate(),
             Self::Shoe(shoe) => shoe.validate(),
             Self::MagnitudeVariance(settings) => settings.validate(),
+            Self::WindowedEnergies(settings) => settings.validate(),
+            Self::MagnitudeDebounced(settings) => settings.validate(),
+            Self::ThreeCondition(settings) => settings.validate(),
+            Self::AngularRateEnergy(settings) => settings.validate(),
+            Self::MovingVariance(settings) => settings.validate(),
+            Self::AccelerationMagnitude(settings) => settings.validate(),
         }
     }
 }
@@ -510,6 +670,62 @@ impl MagnitudeVarianceConfig {
         window("detector.window", self.window)?;
         positive("detector.magnitude_gate", self.magnitude_gate)?;
         positive("detector.variance_gate", self.variance_gate)
+    }
+}
+
+impl WindowedEnergiesConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        window("detector.window", self.window)?;
+        positive("detector.accel_std", self.accel_std)?;
+        positive("detector.gyro_std", self.gyro_std)?;
+        positive("detector.accel_threshold", self.accel_threshold)?;
+        positive("detector.gyro_threshold", self.gyro_threshold)
+    }
+}
+
+impl MagnitudeDebouncedConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("detector.magnitude_gate", self.magnitude_gate)?;
+        within("detector.longest_gap", self.longest_gap, 0.0, 10.0, "between 0 and 10 s")?;
+        within("detector.shortest_stance", self.shortest_stance, 0.0, 10.0, "between 0 and 10 s")
+    }
+}
+
+impl ThreeConditionConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        let all = [Condition::Magnitude, Condition::Variance, Condition::Rate];
+        let used = all.iter().filter(|condition| self.conditions.contains(condition)).count();
+        check(
+            used > 0 && used == self.conditions.len(),
+            "detector.conditions",
+            format!("{:?}", self.conditions).to_lowercase(),
+            "one or more of magnitude, variance and rate, each once",
+        )?;
+        window("detector.window", self.window)?;
+        positive("detector.magnitude_band", self.magnitude_band)?;
+        positive("detector.variance_threshold", self.variance_threshold)?;
+        positive("detector.rate_threshold", self.rate_threshold)
+    }
+}
+
+impl AngularRateEnergyConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        window("detector.window", self.window)?;
+        positive("detector.threshold", self.threshold)
+    }
+}
+
+impl MovingVarianceConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        window("detector.window", self.window)?;
+        positive("detector.threshold", self.threshold)
+    }
+}
+
+impl AccelerationMagnitudeConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        window("detector.window", self.window)?;
+        positive("detector.threshold", self.threshold)
     }
 }
 

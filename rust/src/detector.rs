@@ -12,21 +12,38 @@ use crate::error::ConfigError;
 use crate::navigator::whole_hertz;
 use crate::sample::ImuSample;
 
+mod acceleration_magnitude;
 mod adaptive_shoe;
+mod angular_rate_energy;
+mod debounce;
+mod given;
+mod magnitude_debounced;
 mod magnitude_variance;
+mod moving_variance;
 mod shoe;
+mod three_condition;
 mod window;
+mod windowed;
+mod windowed_energies;
 
+use acceleration_magnitude::AccelerationMagnitude;
 pub use adaptive_shoe::AdaptiveShoe;
-pub use magnitude_variance::MagnitudeVariance;
+use angular_rate_energy::AngularRateEnergy;
+pub use given::Given;
+use magnitude_debounced::MagnitudeDebounced;
+use magnitude_variance::MagnitudeVariance;
+use moving_variance::MovingVariance;
 pub use shoe::Shoe;
+use three_condition::ThreeCondition;
+use windowed::Windowed;
+use windowed_energies::WindowedEnergies;
 
 /// What a detector found about one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// The test statistic; NaN where the window was not full.
+    /// The test statistic; NaN where the window was not full, or where no statistic stands behind the decision.
     pub statistic: f64,
-    /// The value below which the statistic means stance; NaN where the window was not full.
+    /// The value below which the statistic means stance; NaN where the statistic is.
     pub threshold: f64,
     /// Whether the foot is taken to be at rest on the ground.
     pub stationary: bool,
@@ -34,7 +51,7 @@ pub struct Decision {
 
 impl Decision {
     /// No answer: a window that is not full.
-    const UNKNOWN: Self = Self { statistic: f64::NAN, threshold: f64::NAN, stationary: false };
+    pub(crate) const UNKNOWN: Self = Self { statistic: f64::NAN, threshold: f64::NAN, stationary: false };
 
     /// Stationary up to the threshold; no answer for a statistic that is NaN.
     fn up_to(threshold: f64, statistic: f64) -> Self {
@@ -43,6 +60,30 @@ impl Decision {
         }
         Self { statistic, threshold, stationary: statistic <= threshold }
     }
+
+    /// Stationary while each of several quantities stays below its threshold: `ratios` are the quantities in units of their thresholds.
+    fn all_below<const N: usize>(ratios: [f64; N]) -> Self {
+        let statistic = ratios.into_iter().fold(0.0, larger);
+        if statistic.is_nan() {
+            return Self::UNKNOWN;
+        }
+        Self { statistic, threshold: 1.0, stationary: statistic < 1.0 }
+    }
+
+    /// A decision that no statistic stands behind.
+    pub(crate) fn without_statistic(stationary: bool) -> Self {
+        Self { stationary, ..Self::UNKNOWN }
+    }
+}
+
+/// The larger of two; NaN if either is, where `f64::max` would take the other.
+fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+/// By how much |f| exceeds gravity, m/s².
+fn magnitude_excess(sample: &ImuSample, gravity: f64) -> f64 {
+    sample.specific_force.norm() - gravity
 }
 
 /// A stance detector that takes one calibrated sample after the other.
@@ -70,7 +111,25 @@ impl DetectorConfig {
         match self {
             Self::AdaptiveShoe(config) => Box::new(AdaptiveShoe::new(config, rate_hz, gravity)),
             Self::Shoe(config) => Box::new(Shoe::new(config, rate_hz, gravity)),
-            Self::MagnitudeVariance(config) => Box::new(MagnitudeVariance::new(config, rate_hz, gravity)),
+            Self::MagnitudeVariance(config) => {
+                Box::new(Windowed::new(config.window, rate_hz, MagnitudeVariance::new(config, gravity)))
+            }
+            Self::WindowedEnergies(config) => {
+                Box::new(Windowed::new(config.window, rate_hz, WindowedEnergies::new(config, gravity)))
+            }
+            Self::MagnitudeDebounced(config) => Box::new(MagnitudeDebounced::new(config, rate_hz, gravity)),
+            Self::ThreeCondition(config) => {
+                Box::new(Windowed::new(config.window, rate_hz, ThreeCondition::new(config, gravity)))
+            }
+            Self::AngularRateEnergy(config) => {
+                Box::new(Windowed::new(config.window, rate_hz, AngularRateEnergy::new(config)))
+            }
+            Self::MovingVariance(config) => {
+                Box::new(Windowed::new(config.window, rate_hz, MovingVariance::new(config)))
+            }
+            Self::AccelerationMagnitude(config) => {
+                Box::new(Windowed::new(config.window, rate_hz, AccelerationMagnitude::new(config, gravity)))
+            }
         }
     }
 }
@@ -81,8 +140,21 @@ impl DetectorConfig {
 /// [`ConfigError`] for a setting or a rate out of range.
 pub fn decide_all(config: &Config, rate_hz: f64, samples: &[ImuSample]) -> Result<Vec<Decision>, ConfigError> {
     config.validate()?;
+    let detector = config.detector.build(whole_hertz(rate_hz)?, config.gravity());
+    decide_all_with(detector, config, samples)
+}
+
+/// The same of a detector of one's own; `config.detector` is not used.
+///
+/// # Errors
+/// [`ConfigError`] for a setting out of range.
+pub fn decide_all_with(
+    mut detector: Box<dyn Detector>,
+    config: &Config,
+    samples: &[ImuSample],
+) -> Result<Vec<Decision>, ConfigError> {
+    config.validate()?;
     let calibrator = Calibrator::new(&config.calibration);
-    let mut detector = config.detector.build(whole_hertz(rate_hz)?, config.gravity());
     let mut decisions: Vec<Decision> = samples.iter().filter_map(|raw| detector.push(&calibrator.apply(raw))).collect();
     decisions.extend(std::iter::from_fn(|| detector.drain()));
     Ok(decisions)

@@ -7,9 +7,12 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::config::{Config, PRESETS};
+use crate::detector::{decide_all, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
+use crate::python::detector::PyDetector;
 use crate::sample::ImuSample;
 
+mod detector;
 mod navigator;
 mod simulation;
 
@@ -83,8 +86,9 @@ fn gravity(config: &[u8]) -> PyResult<f64> {
     Ok(from_json::<Config>(config)?.gravity())
 }
 
-/// Statistic, threshold and decision of the configured detector for each sample.
+/// Statistic, threshold and decision of the configured detector, or of the user's own, for each sample.
 #[pyfunction]
+#[pyo3(signature = (config, rate_hz, t, accel, gyro, detector=None))]
 fn detect<'py>(
     py: Python<'py>,
     config: &[u8],
@@ -92,10 +96,19 @@ fn detect<'py>(
     t: PyReadonlyArray1<'py, f64>,
     accel: PyReadonlyArray2<'py, f64>,
     gyro: PyReadonlyArray2<'py, f64>,
+    detector: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config: Config = from_json(config)?;
     let samples = rows(&(t, accel, gyro))?;
-    let decisions = py.detach(|| crate::detector::decide_all(&config, rate_hz, &samples))?;
+    let decisions = match detector {
+        None => py.detach(|| decide_all(&config, rate_hz, &samples))?,
+        Some(object) => {
+            let (detector, failure) = PyDetector::new(object)?;
+            let decisions = py.detach(|| decide_all_with(Box::new(detector), &config, &samples))?;
+            failure.check(py)?;
+            decisions
+        }
+    };
     let columns = PyDict::new(py);
     columns.set_item("statistic", PyArray1::from_iter(py, decisions.iter().map(|d| d.statistic)))?;
     columns.set_item("threshold", PyArray1::from_iter(py, decisions.iter().map(|d| d.threshold)))?;

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use crate::config::ShoeConfig;
-use crate::detector::window::{Centred, Window};
+use crate::detector::window::{Centred, Window, at_least_zero};
 use crate::detector::{Decision, Detector};
 use crate::sample::ImuSample;
 
@@ -41,7 +41,7 @@ impl ShoeStatistic {
             Centred::Full { sums: &[x, y, z, force, rate], .. } => {
                 let resultant = Vector3::new(x, y, z).norm();
                 let residual = force - 2.0 * self.gravity * resultant + size * self.gravity * self.gravity;
-                Some(self.accel_weight * residual.max(0.0) + self.gyro_weight * rate)
+                Some(self.accel_weight * at_least_zero(residual) + self.gyro_weight * rate)
             }
         }
     }

@@ -85,6 +85,16 @@ fn add<const N: usize>(mut sums: [f64; N], row: &[f64; N]) -> [f64; N] {
     sums
 }
 
+/// Variance of `size` values, from their sum and the sum of their squares.
+pub(super) fn variance(sum: f64, squares: f64, size: f64) -> f64 {
+    at_least_zero(squares / size - (sum / size).powi(2))
+}
+
+/// Takes away what rounding left below zero; NaN stays NaN, where `f64::max` would make it zero and so a foot at rest.
+pub(super) fn at_least_zero(value: f64) -> f64 {
+    if value < 0.0 { 0.0 } else { value }
+}
+
 /// A duration times a rate as a number of samples.
 #[expect(
     clippy::cast_possible_truncation,

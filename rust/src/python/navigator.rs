@@ -4,10 +4,13 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::config::Config;
+use crate::detector::{Detector, Given};
 use crate::error::Error;
 use crate::filter::covariance::STATES;
 use crate::health::Reasons;
 use crate::navigator::{Navigator, Solution};
+use crate::python::detector::{Failure, PyDetector};
 use crate::python::{from_json, matrix, rows};
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
@@ -17,19 +20,39 @@ use crate::trajectory::Trajectory;
 #[pyclass(subclass, name = "Navigator", module = "footnav._core")]
 pub(super) struct PyNavigator {
     inner: Navigator,
+    /// What a detector of the user's raised; absent with one of the core's.
+    failure: Option<Failure>,
 }
 
 #[pymethods]
 impl PyNavigator {
     #[new]
-    fn new(config: &[u8], rate_hz: f64) -> PyResult<Self> {
-        Ok(Self { inner: Navigator::new(from_json(config)?, rate_hz)? })
+    #[pyo3(signature = (config, rate_hz, detector=None, stationary=None))]
+    fn new(
+        config: &[u8],
+        rate_hz: f64,
+        detector: Option<&Bound<'_, PyAny>>,
+        stationary: Option<Vec<bool>>,
+    ) -> PyResult<Self> {
+        let config: Config = from_json(config)?;
+        let with = |detector: Box<dyn Detector>| Navigator::with_detector(config.clone(), rate_hz, detector);
+        match (detector, stationary) {
+            (Some(object), _) => {
+                let (detector, failure) = PyDetector::new(object)?;
+                Ok(Self { inner: with(Box::new(detector))?, failure: Some(failure) })
+            }
+            (None, Some(decisions)) => Ok(Self { inner: with(Box::new(Given::new(decisions)))?, failure: None }),
+            (None, None) => Ok(Self { inner: Navigator::new(config, rate_hz)?, failure: None }),
+        }
     }
 
     #[expect(clippy::too_many_arguments, reason = "floats are the cheapest thing to hand over from Python")]
-    fn push(&mut self, t: f64, ax: f64, ay: f64, az: f64, gx: f64, gy: f64, gz: f64) -> PyResult<bool> {
+    fn push(&mut self, py: Python<'_>, t: f64, ax: f64, ay: f64, az: f64, gx: f64, gy: f64, gz: f64) -> PyResult<bool> {
+        self.check(py)?;
         let sample = ImuSample::new(t, [ax, ay, az], [gx, gy, gz]);
-        Ok(self.inner.push(&sample)?.is_some())
+        let solution = self.inner.push(&sample);
+        self.check(py)?;
+        Ok(solution?.is_some())
     }
 
     #[pyo3(name = "_push_columns")]
@@ -40,12 +63,16 @@ impl PyNavigator {
         accel: PyReadonlyArray2<'py, f64>,
         gyro: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        self.check(py)?;
         let samples = rows(&(t, accel, gyro))?;
-        columns(py, py.detach(|| self.inner.push_block(&samples))?)
+        let solutions = py.detach(|| self.inner.push_block(&samples));
+        self.check(py)?;
+        columns(py, solutions?)
     }
 
     #[pyo3(name = "_flush_columns")]
     fn flush_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.check(py)?;
         columns(py, py.detach(|| self.inner.flush())?)
     }
 
@@ -54,8 +81,9 @@ impl PyNavigator {
         Ok(self.inner.check_aligned().map_err(Error::from)?)
     }
 
-    fn reset(&mut self) {
+    fn reset(&mut self, py: Python<'_>) -> PyResult<()> {
         self.inner.reset();
+        self.check(py)
     }
 
     #[pyo3(name = "_state_now")]
@@ -133,6 +161,11 @@ impl PyNavigator {
 }
 
 impl PyNavigator {
+    /// Raises what the user's detector raised.
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        self.failure.as_ref().map_or(Ok(()), |failure| failure.check(py))
+    }
+
     fn latest(&self) -> Option<&Solution> {
         self.inner.latest()
     }
