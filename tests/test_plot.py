@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from footnav.config import ThreeCondition
 from footnav.detection import Detection
+from footnav.detectors import ThreeCondition
 from footnav.errors import ConfigError, DataError, FootnavError
 from footnav.plot import (
     overview,

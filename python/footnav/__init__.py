@@ -9,26 +9,28 @@ Examples
 
 from footnav._core import __version__
 from footnav.config import (
-    AccelerationMagnitude,
-    AdaptiveShoe,
     Alignment,
-    AngularRateEnergy,
     Calibration,
     Config,
     Filter,
     HealthLimits,
-    MagnitudeDebounced,
-    MagnitudeVariance,
     Mechanization,
-    MovingVariance,
     Output,
     Sensor,
-    Shoe,
-    ThreeCondition,
-    WindowedEnergies,
     load_config,
 )
 from footnav.detection import Detection, detect
+from footnav.detectors import (
+    AccelerationMagnitude,
+    AdaptiveShoe,
+    AngularRateEnergy,
+    MagnitudeDebounced,
+    MagnitudeVariance,
+    MovingVariance,
+    Shoe,
+    ThreeCondition,
+    WindowedEnergies,
+)
 from footnav.diagnosis import Diagnosis, diagnose
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
 from footnav.evaluation import Evaluation, evaluate

@@ -6,39 +6,24 @@ degrees where the name ends in ``_deg``.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import msgspec
-import numpy as np
 
 from footnav import _core
+from footnav.detectors import AdaptiveShoe, Detector
 from footnav.errors import ConfigError
 from footnav.export.atomic import replacing
+from footnav.section import Section, encode, refuse_unknown
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
-
     from footnav.recording import Recording
 
 Vector: TypeAlias = tuple[float, float, float]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
 
-Condition: TypeAlias = Literal["magnitude", "variance", "rate"]
-
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A group of settings."""
-
-    def replace(self, **changes: Any) -> Self:
-        """Return the same settings with some of them changed."""
-        _refuse_unknown(type(self), changes, "")
-        return msgspec.structs.replace(self, **changes)
 
 
 class Sensor(Section, frozen=True, kw_only=True):
@@ -157,212 +142,6 @@ class Mechanization(Section, frozen=True, kw_only=True):
     gravity: float | None = None
     latitude_deg: float | None = None
     height: float | None = None
-
-
-class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="adaptive-shoe"):
-    """SHOE with a threshold that follows the stride: a factor above the statistic's minimum around the sample.
-
-    Attributes
-    ----------
-    window : float
-        Length of the statistic's window, s.
-    accel_std, gyro_std : float
-        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and rad/s.
-    look_behind, look_ahead : float
-        How far the minimum is sought, s.  The latency is `look_ahead` and half a window.
-    factor : float
-        Multiple of the minimum up to which a sample is stationary.
-    floor : float
-        Statistic below which a sample is stationary however low the minimum is.
-    ceiling : float
-        Statistic above which a sample is never stationary.
-    """
-
-    window: float = 0.05
-    accel_std: float = 0.02
-    gyro_std: float = 8.7e-3
-    look_behind: float = 0.6
-    look_ahead: float = 0.6
-    factor: float = 1.5
-    floor: float = 500.0
-    ceiling: float = 2.0e5
-
-
-class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
-    """SHOE with a fixed threshold (Skog et al. 2010).
-
-    Attributes
-    ----------
-    window : float
-        Length of the window, s.
-    accel_std, gyro_std : float
-        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and rad/s.
-    threshold : float
-        Statistic below which a sample is stationary.
-    """
-
-    window: float = 0.025
-    accel_std: float = 0.02
-    gyro_std: float = 8.7e-3
-    threshold: float = 3.0e3
-
-
-class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-variance"):
-    """Magnitude and sliding variance of the specific force (Wu et al., eqs. 4-5).
-
-    The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on real recordings of an
-    MPU6050, in g they do not.
-
-    Attributes
-    ----------
-    window : float
-        Length of the variance's window, s.
-    magnitude_gate : float
-        Deviation of the magnitude from gravity from which a sample moves, m/s².
-    variance_gate : float
-        Variance of the magnitude from which a sample moves, m²/s⁴.
-    """
-
-    window: float = 0.055
-    magnitude_gate: float = 0.06
-    variance_gate: float = 0.06
-
-
-class WindowedEnergies(Section, frozen=True, kw_only=True, tag_field="kind", tag="windowed-energies"):
-    """Energies of specific force and angular rate over a window (Wang et al. 2019, eq. 3).
-
-    The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-
-    Attributes
-    ----------
-    window : float
-        Length of the window, s.
-    accel_std, gyro_std : float
-        Standard deviations that the energies are weighed with, m/s² and rad/s.
-    accel_threshold, gyro_threshold : float
-        Energies from which a sample moves.
-    """
-
-    window: float = 0.15
-    accel_std: float = 0.02
-    gyro_std: float = 8.7e-3
-    accel_threshold: float = 3.0e3
-    gyro_threshold: float = 6.0e3
-
-
-class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-debounced"):
-    """Magnitude of the specific force, without isolated detections and gaps (Abdulrahim et al.).
-
-    The statistic and its threshold are those of each sample alone; the decision also depends on the samples around it.
-
-    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints
-    none.
-
-    Attributes
-    ----------
-    magnitude_gate : float
-        Deviation of the magnitude from gravity from which a sample moves, m/s².
-    longest_gap : float
-        Gap between two detections up to which it is filled, s.
-    shortest_stance : float
-        Stance, gaps filled, below which it is dropped, s.  The latency is this and `longest_gap`,
-        less one sample.
-    """
-
-    magnitude_gate: float = 0.3
-    longest_gap: float = 0.02
-    shortest_stance: float = 0.15
-
-
-class ThreeCondition(Section, frozen=True, kw_only=True, tag_field="kind", tag="three-condition"):
-    """Magnitude, variance and rate, together or any of them (Wang Libing et al. 2016).
-
-    The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
-    IMU; the paper prints none.
-
-    Attributes
-    ----------
-    conditions : tuple of {"magnitude", "variance", "rate"}
-        The conditions that must hold, one or more: |f| near gravity, its variance low, |ω| low.
-    window : float
-        Length of the variance's window, s; the other conditions look at its centre.
-    magnitude_band : float
-        Deviation of the magnitude from gravity from which a sample moves, m/s².
-    variance_threshold : float
-        Variance of the magnitude from which a sample moves, m²/s⁴.
-    rate_threshold : float
-        Angular rate from which a sample moves, rad/s.
-    """
-
-    conditions: tuple[Condition, ...] = ("magnitude", "variance", "rate")
-    window: float = 0.15
-    magnitude_band: float = 0.3
-    variance_threshold: float = 0.5
-    rate_threshold: float = 0.5
-
-
-class AngularRateEnergy(Section, frozen=True, kw_only=True, tag_field="kind", tag="angular-rate-energy"):
-    """Energy of the angular rate: ARE of Skog et al. 2010.
-
-    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-
-    Attributes
-    ----------
-    window : float
-        Length of the window, s.
-    threshold : float
-        Mean square of the angular rate up to which a sample is stationary, rad²/s².
-    """
-
-    window: float = 0.1
-    threshold: float = 0.8
-
-
-class MovingVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="moving-variance"):
-    """Moving variance of the specific force: MV of Skog et al. 2010.
-
-    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-
-    Attributes
-    ----------
-    window : float
-        Length of the window, s.
-    threshold : float
-        Variance of the specific force, summed over the axes, up to which a sample is stationary, m²/s⁴.
-    """
-
-    window: float = 0.15
-    threshold: float = 0.2
-
-
-class AccelerationMagnitude(Section, frozen=True, kw_only=True, tag_field="kind", tag="acceleration-magnitude"):
-    """Magnitude of the specific force: MAG of Skog et al. 2010.
-
-    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-
-    Attributes
-    ----------
-    window : float
-        Length of the window, s.
-    threshold : float
-        Mean square of the magnitude less gravity up to which a sample is stationary, m²/s⁴.
-    """
-
-    window: float = 0.1
-    threshold: float = 0.1
-
-
-Detector: TypeAlias = (
-    AdaptiveShoe
-    | Shoe
-    | MagnitudeVariance
-    | WindowedEnergies
-    | MagnitudeDebounced
-    | ThreeCondition
-    | AngularRateEnergy
-    | MovingVariance
-    | AccelerationMagnitude
-)
 
 
 class Filter(Section, frozen=True, kw_only=True):
@@ -564,7 +343,7 @@ def load_config(path: str | Path) -> Config:
     path = Path(path)
     try:
         settings = msgspec.toml.decode(path.read_bytes(), type=dict[str, Any])
-        _refuse_unknown(Config, settings, "")
+        refuse_unknown(Config, settings, "")
         return msgspec.convert(settings, Config)
     except OSError as error:
         msg = f"{path}: {error.strerror or error}"
@@ -578,54 +357,6 @@ def load_config(path: str | Path) -> Config:
         raise ConfigError(f"{path}: {error}") from error
 
 
-def default_detector(kind: str) -> Detector:
-    """Return the default settings of a kind of detector.
-
-    Raises
-    ------
-    ConfigError
-        No such kind; the message lists the known ones.
-    """
-    kinds = _kinds(get_args(Detector))
-    if kind not in kinds:
-        raise ConfigError(_unknown_kind(f"unknown detector {kind!r}", kind, kinds))
-    return cast("Detector", kinds[kind]())
-
-
-def encode(settings: Section | dict[str, Any]) -> bytes:
-    """Return settings as JSON for the core.
-
-    Raises
-    ------
-    ConfigError
-        A value is of a type that no setting has, or a number is not finite: JSON would make nothing of it.
-    """
-    try:
-        values = msgspec.to_builtins(settings, enc_hook=_plain)
-    except TypeError as error:
-        msg = f"a setting has a value that is no setting: {error}"
-        raise ConfigError(msg) from error
-    _refuse_non_finite(values, "")
-    return msgspec.json.encode(values)
-
-
-def _plain(value: Any) -> Any:
-    """Turn NumPy's numbers and arrays into Python's."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    msg = f"{value!r}"
-    raise TypeError(msg)
-
-
-def _refuse_non_finite(value: Any, name: str) -> None:
-    if isinstance(value, float) and not math.isfinite(value):
-        msg = f"{name} = {value}: expected a finite number"
-        raise ConfigError(msg)
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
-    for key, item in items:
-        _refuse_non_finite(item, f"{name}.{key}".lstrip("."))
-
-
 def _readable(error: msgspec.ValidationError) -> str:
     """Say a message such as "Expected `float`, got `str` - at `$.filter.rest_rate`" with the setting first."""
     text, _, place = str(error).partition(" - at `$.")
@@ -637,50 +368,3 @@ def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _without_none(item) for key, item in value.items() if item is not None}
     return value
-
-
-def _refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], prefix: str) -> None:
-    """Raise for the first key that `section` does not have, naming the nearest one that it has."""
-    types = get_type_hints(section)
-    tag_field = section.__struct_config__.tag_field
-    for key, value in settings.items():
-        if key == tag_field:
-            continue
-        if key not in section.__struct_fields__:
-            raise ConfigError(_unknown(prefix + key, section.__struct_fields__))
-        inner = _section_for(types[key], value, prefix + key)
-        if inner is not None:
-            _refuse_unknown(inner, value, f"{prefix}{key}.")
-
-
-def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] | None:
-    """Return the section that a table of settings is for, by its `kind` where several are possible."""
-    sections = [c for c in (declared, *get_args(declared)) if isinstance(c, type) and issubclass(c, msgspec.Struct)]
-    if not sections or not isinstance(value, dict):
-        return None
-    if len(sections) == 1:
-        return sections[0]
-    kinds = _kinds(sections)
-    kind = value.get("kind")
-    if not isinstance(kind, str) or kind not in kinds:
-        found = f"{name}.kind = {kind!r}" if "kind" in value else f"{name} has no kind"
-        raise ConfigError(_unknown_kind(found, str(kind), kinds))
-    return kinds[kind]
-
-
-def _kinds(sections: Iterable[type[msgspec.Struct]]) -> dict[str, type[msgspec.Struct]]:
-    """Return the sections by their `kind`."""
-    return {str(section.__struct_config__.tag): section for section in sections}
-
-
-def _unknown_kind(found: str, kind: str, known: dict[str, Any]) -> str:
-    return f"{found}: the known ones are {', '.join(known)}{_hint(kind, list(known))}"
-
-
-def _unknown(key: str, known: tuple[str, ...]) -> str:
-    return f"unknown setting {key!r}: known here are {', '.join(known)}{_hint(key.rpartition('.')[2], known)}"
-
-
-def _hint(word: str, known: Sequence[str]) -> str:
-    nearest = get_close_matches(word, known, n=1)
-    return f"; did you mean {nearest[0]!r}?" if nearest else ""

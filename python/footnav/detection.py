@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from footnav import _core
-from footnav.config import Config, Detector, Section, default_detector
+from footnav.config import Config
+from footnav.detectors import Detector, default_detector
+from footnav.section import Section
 from footnav.stance import StanceDetector
 
 if TYPE_CHECKING:

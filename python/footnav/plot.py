@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from footnav.config import Condition, ThreeCondition
 from footnav.detection import Detection, detect
+from footnav.detectors import Condition, ThreeCondition
 from footnav.errors import ConfigError, DataError
 from footnav.evaluation import Truth, find_alignment, true_positions
 from footnav.export.atomic import replacing

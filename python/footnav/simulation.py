@@ -12,9 +12,10 @@ import msgspec
 import numpy as np
 
 from footnav import _core
-from footnav.config import IDENTITY, Matrix, Section, Vector, encode
+from footnav.config import IDENTITY, Matrix, Vector
 from footnav.errors import ConfigError
 from footnav.recording import Recording
+from footnav.section import Section, encode
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -2,17 +2,22 @@
 //!
 //! The defaults here are the only ones: the Python layer shows the same values and a test compares the two.  Angles are in degrees only where the name says so.
 
-use std::fmt::Display;
-
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::Calibration;
 use crate::earth;
 use crate::error::ConfigError;
+use crate::limits::{at_least_zero, positive, within};
 use crate::strapdown::MechanizationKind;
 
+mod detector;
 mod presets;
 
+pub use detector::{
+    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, Condition, DetectorConfig,
+    MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig, ThreeConditionConfig,
+    WindowedEnergiesConfig,
+};
 pub use presets::PRESETS;
 
 /// Latitude (degrees) that gravity is taken from when neither gravity, latitude nor origin is known.  Gravity changes by 0.026 m/s² from there to
@@ -174,254 +179,6 @@ pub struct MechanizationConfig {
     pub latitude_deg: Option<f64>,
     /// Height above the ellipsoid, m; from `output.origin`, or else 0, when absent.
     pub height: Option<f64>,
-}
-
-/// Which stance detector, and its settings.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum DetectorConfig {
-    /// SHOE with a threshold that follows the stride: no tuning.
-    AdaptiveShoe(AdaptiveShoeConfig),
-    /// SHOE with a fixed threshold.
-    Shoe(ShoeConfig),
-    /// Magnitude and sliding variance of the specific force.
-    MagnitudeVariance(MagnitudeVarianceConfig),
-    /// Energies of specific force and angular rate.
-    WindowedEnergies(WindowedEnergiesConfig),
-    /// Magnitude of the specific force, without isolated detections and gaps.
-    MagnitudeDebounced(MagnitudeDebouncedConfig),
-    /// Magnitude, variance and rate, together or any of them.
-    ThreeCondition(ThreeConditionConfig),
-    /// Energy of the angular rate (ARE).
-    AngularRateEnergy(AngularRateEnergyConfig),
-    /// Moving variance of the specific force (MV).
-    MovingVariance(MovingVarianceConfig),
-    /// Magnitude of the specific force (MAG).
-    AccelerationMagnitude(AccelerationMagnitudeConfig),
-}
-
-impl Default for DetectorConfig {
-    fn default() -> Self {
-        Self::AdaptiveShoe(AdaptiveShoeConfig::default())
-    }
-}
-
-/// SHOE whose threshold is a multiple of the statistic's minimum around the sample.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdaptiveShoeConfig {
-    /// Length of the statistic's window, s.
-    pub window: f64,
-    /// Standard deviation that the specific force is weighed with, m/s².
-    pub accel_std: f64,
-    /// Standard deviation that the angular rate is weighed with, rad/s.
-    pub gyro_std: f64,
-    /// How far back the minimum is sought, s.
-    pub look_behind: f64,
-    /// How far ahead the minimum is sought, s; the detector's latency is this and half a window.
-    pub look_ahead: f64,
-    /// Multiple of the minimum up to which a sample is stationary.
-    pub factor: f64,
-    /// Statistic below which a sample is stationary however low the minimum is: at rest the minimum is mere noise.
-    pub floor: f64,
-    /// Statistic above which a sample is never stationary: a foot that is shaken all the time has minima too.
-    pub ceiling: f64,
-}
-
-impl Default for AdaptiveShoeConfig {
-    fn default() -> Self {
-        Self {
-            window: 0.05,
-            accel_std: 0.02,
-            gyro_std: 8.7e-3,
-            look_behind: 0.6,
-            look_ahead: 0.6,
-            factor: 1.5,
-            floor: 500.0,
-            ceiling: 2.0e5,
-        }
-    }
-}
-
-/// SHOE with a fixed threshold.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ShoeConfig {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Standard deviation that the specific force is weighed with, m/s².
-    pub accel_std: f64,
-    /// Standard deviation that the angular rate is weighed with, rad/s.
-    pub gyro_std: f64,
-    /// Statistic below which a sample is stationary.
-    pub threshold: f64,
-}
-
-impl Default for ShoeConfig {
-    fn default() -> Self {
-        Self { window: 0.025, accel_std: 0.02, gyro_std: 8.7e-3, threshold: 3.0e3 }
-    }
-}
-
-/// Magnitude and sliding variance of the specific force.
-///
-/// The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on real recordings of an MPU6050, in g they do not.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MagnitudeVarianceConfig {
-    /// Length of the variance's window, s: 11 samples at 200 Hz in the paper.
-    pub window: f64,
-    /// Deviation of the magnitude from gravity (`Gate_B`) from which a sample moves, m/s².
-    pub magnitude_gate: f64,
-    /// Variance of the magnitude (`Gate_V`) from which a sample moves, m²/s⁴.
-    pub variance_gate: f64,
-}
-
-impl Default for MagnitudeVarianceConfig {
-    fn default() -> Self {
-        Self { window: 0.055, magnitude_gate: 0.06, variance_gate: 0.06 }
-    }
-}
-
-/// Energies of specific force and angular rate.
-///
-/// The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WindowedEnergiesConfig {
-    /// Length of the window, s: 15 samples at 100 Hz in the paper.
-    pub window: f64,
-    /// Standard deviation that the specific force is weighed with, m/s².
-    pub accel_std: f64,
-    /// Standard deviation that the angular rate is weighed with, rad/s.
-    pub gyro_std: f64,
-    /// Energy of the specific force (`T_a`) from which a sample moves.
-    pub accel_threshold: f64,
-    /// Energy of the angular rate (`T_w`) from which a sample moves.
-    pub gyro_threshold: f64,
-}
-
-impl Default for WindowedEnergiesConfig {
-    fn default() -> Self {
-        Self { window: 0.15, accel_std: 0.02, gyro_std: 8.7e-3, accel_threshold: 3.0e3, gyro_threshold: 6.0e3 }
-    }
-}
-
-/// Magnitude of the specific force, without isolated detections and gaps.
-///
-/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MagnitudeDebouncedConfig {
-    /// Deviation of the magnitude from gravity from which a sample moves, m/s².
-    pub magnitude_gate: f64,
-    /// Gap between detections up to which it is not believed, s.
-    pub longest_gap: f64,
-    /// Detection below which it is not believed, s; the detector's latency is this and the longest gap.
-    pub shortest_stance: f64,
-}
-
-impl Default for MagnitudeDebouncedConfig {
-    fn default() -> Self {
-        Self { magnitude_gate: 0.3, longest_gap: 0.02, shortest_stance: 0.15 }
-    }
-}
-
-/// A condition of the three-condition detector.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Condition {
-    /// C1: |f| within a band around gravity.
-    Magnitude,
-    /// C2: variance of |f| below a threshold.
-    Variance,
-    /// C3: |ω| below a threshold.
-    Rate,
-}
-
-/// Magnitude, variance and rate, together or any of them.
-///
-/// The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ThreeConditionConfig {
-    /// The conditions that must hold: one or more, each once.
-    pub conditions: Vec<Condition>,
-    /// Length of the variance's window, s; the other conditions look at its centre.
-    pub window: f64,
-    /// Deviation of the magnitude from gravity from which a sample moves, m/s².
-    pub magnitude_band: f64,
-    /// Variance of the magnitude from which a sample moves, m²/s⁴.
-    pub variance_threshold: f64,
-    /// Angular rate from which a sample moves, rad/s.
-    pub rate_threshold: f64,
-}
-
-impl Default for ThreeConditionConfig {
-    fn default() -> Self {
-        Self {
-            conditions: vec![Condition::Magnitude, Condition::Variance, Condition::Rate],
-            window: 0.15,
-            magnitude_band: 0.3,
-            variance_threshold: 0.5,
-            rate_threshold: 0.5,
-        }
-    }
-}
-
-/// Energy of the angular rate (ARE).
-///
-/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AngularRateEnergyConfig {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Mean square of the angular rate up to which a sample is stationary, rad²/s².
-    pub threshold: f64,
-}
-
-impl Default for AngularRateEnergyConfig {
-    fn default() -> Self {
-        Self { window: 0.1, threshold: 0.8 }
-    }
-}
-
-/// Moving variance of the specific force (MV).
-///
-/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MovingVarianceConfig {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Variance of the specific force, summed over the axes, up to which a sample is stationary, m²/s⁴.
-    pub threshold: f64,
-}
-
-impl Default for MovingVarianceConfig {
-    fn default() -> Self {
-        Self { window: 0.15, threshold: 0.2 }
-    }
-}
-
-/// Magnitude of the specific force (MAG).
-///
-/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AccelerationMagnitudeConfig {
-    /// Length of the window, s.
-    pub window: f64,
-    /// Mean square of |f| - g up to which a sample is stationary, m²/s⁴.
-    pub threshold: f64,
-}
-
-impl Default for AccelerationMagnitudeConfig {
-    fn default() -> Self {
-        Self { window: 0.1, threshold: 0.1 }
-    }
 }
 
 /// The error-state filter.
@@ -594,16 +351,15 @@ impl AlignmentConfig {
         within(
             "alignment.heading_deg",
             self.heading_deg.unwrap_or(0.0),
-            -360.0,
-            360.0,
+            -360.0..=360.0,
             "a number between -360 and 360",
         )?;
-        within("alignment.declination_deg", self.declination_deg, -180.0, 180.0, "a number between -180 and 180")?;
+        within("alignment.declination_deg", self.declination_deg, -180.0..=180.0, "a number between -180 and 180")?;
         positive("alignment.rest_accel_std", self.rest_accel_std)?;
         positive("alignment.rest_gyro_std", self.rest_gyro_std)?;
         positive("alignment.gyro_bias_std", self.gyro_bias_std)?;
         positive("alignment.tilt_std", self.tilt_std)?;
-        within("alignment.heading_std_deg", self.heading_std_deg, 0.0, 180.0, "between 0 and 180")?;
+        within("alignment.heading_std_deg", self.heading_std_deg, 0.0..=180.0, "between 0 and 180")?;
         if self.heading_deg.is_some() && self.magnetic_field.is_some() {
             return Err(ConfigError::Inconsistent(
                 "alignment.heading_deg and alignment.magnetic_field both give the heading: keep one of them".into(),
@@ -615,117 +371,14 @@ impl AlignmentConfig {
 
 impl MechanizationConfig {
     fn validate(&self) -> Result<(), ConfigError> {
-        within("mechanization.gravity", self.gravity.unwrap_or(9.8), 9.0, 10.5, "between 9.0 and 10.5 m/s^2")?;
-        within("mechanization.latitude_deg", self.latitude_deg.unwrap_or(0.0), -90.0, 90.0, "between -90 and 90")?;
+        within("mechanization.gravity", self.gravity.unwrap_or(9.8), 9.0..=10.5, "between 9.0 and 10.5 m/s^2")?;
+        within("mechanization.latitude_deg", self.latitude_deg.unwrap_or(0.0), -90.0..=90.0, "between -90 and 90")?;
         within(
             "mechanization.height",
             self.height.unwrap_or(0.0),
-            -12_000.0,
-            100_000.0,
+            -12_000.0..=100_000.0,
             "metres between -12000 and 100000",
         )
-    }
-}
-
-impl DetectorConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        match self {
-            Self::AdaptiveShoe(shoe) => shoe.validate(),
-            Self::Shoe(shoe) => shoe.validate(),
-            Self::MagnitudeVariance(settings) => settings.validate(),
-            Self::WindowedEnergies(settings) => settings.validate(),
-            Self::MagnitudeDebounced(settings) => settings.validate(),
-            Self::ThreeCondition(settings) => settings.validate(),
-            Self::AngularRateEnergy(settings) => settings.validate(),
-            Self::MovingVariance(settings) => settings.validate(),
-            Self::AccelerationMagnitude(settings) => settings.validate(),
-        }
-    }
-}
-
-impl AdaptiveShoeConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.accel_std", self.accel_std)?;
-        positive("detector.gyro_std", self.gyro_std)?;
-        within("detector.look_behind", self.look_behind, 0.0, 10.0, "between 0 and 10 s")?;
-        within("detector.look_ahead", self.look_ahead, 0.0, 10.0, "between 0 and 10 s")?;
-        within("detector.factor", self.factor, 1.0, f64::MAX, "at least 1")?;
-        at_least_zero("detector.floor", self.floor)?;
-        within("detector.ceiling", self.ceiling, self.floor, f64::MAX, "at least detector.floor")
-    }
-}
-
-impl ShoeConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.accel_std", self.accel_std)?;
-        positive("detector.gyro_std", self.gyro_std)?;
-        positive("detector.threshold", self.threshold)
-    }
-}
-
-impl MagnitudeVarianceConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.magnitude_gate", self.magnitude_gate)?;
-        positive("detector.variance_gate", self.variance_gate)
-    }
-}
-
-impl WindowedEnergiesConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.accel_std", self.accel_std)?;
-        positive("detector.gyro_std", self.gyro_std)?;
-        positive("detector.accel_threshold", self.accel_threshold)?;
-        positive("detector.gyro_threshold", self.gyro_threshold)
-    }
-}
-
-impl MagnitudeDebouncedConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        positive("detector.magnitude_gate", self.magnitude_gate)?;
-        within("detector.longest_gap", self.longest_gap, 0.0, 10.0, "between 0 and 10 s")?;
-        within("detector.shortest_stance", self.shortest_stance, 0.0, 10.0, "between 0 and 10 s")
-    }
-}
-
-impl ThreeConditionConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        let all = [Condition::Magnitude, Condition::Variance, Condition::Rate];
-        let used = all.iter().filter(|condition| self.conditions.contains(condition)).count();
-        check(
-            used > 0 && used == self.conditions.len(),
-            "detector.conditions",
-            format!("{:?}", self.conditions).to_lowercase(),
-            "one or more of magnitude, variance and rate, each once",
-        )?;
-        window("detector.window", self.window)?;
-        positive("detector.magnitude_band", self.magnitude_band)?;
-        positive("detector.variance_threshold", self.variance_threshold)?;
-        positive("detector.rate_threshold", self.rate_threshold)
-    }
-}
-
-impl AngularRateEnergyConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.threshold", self.threshold)
-    }
-}
-
-impl MovingVarianceConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.threshold", self.threshold)
-    }
-}
-
-impl AccelerationMagnitudeConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        window("detector.window", self.window)?;
-        positive("detector.threshold", self.threshold)
     }
 }
 
@@ -733,7 +386,7 @@ impl FilterConfig {
     fn validate(&self) -> Result<(), ConfigError> {
         at_least_zero("filter.specific_force_noise", self.specific_force_noise)?;
         at_least_zero("filter.angular_rate_noise", self.angular_rate_noise)?;
-        within("filter.clipped_noise_factor", self.clipped_noise_factor, 1.0, f64::MAX, "at least 1")?;
+        within("filter.clipped_noise_factor", self.clipped_noise_factor, 1.0..=f64::MAX, "at least 1")?;
         positive("filter.zero_velocity_std", self.zero_velocity_std)?;
         at_least_zero("filter.zero_velocity_lever", self.zero_velocity_lever)?;
         positive("filter.innovation_gate", self.innovation_gate)?;
@@ -746,7 +399,7 @@ impl FilterConfig {
 
 impl HealthConfig {
     fn validate(&self) -> Result<(), ConfigError> {
-        within("health.gap_intervals", self.gap_intervals, 1.5, f64::MAX, "at least 1.5")?;
+        within("health.gap_intervals", self.gap_intervals, 1.5..=f64::MAX, "at least 1.5")?;
         at_least_zero("health.memory", self.memory)?;
         positive("health.degraded_after", self.degraded_after)?;
         positive("health.longest_gap", self.longest_gap)?;
@@ -754,8 +407,7 @@ impl HealthConfig {
         within(
             "health.invalid_after",
             self.invalid_after,
-            self.degraded_after,
-            f64::MAX,
+            self.degraded_after..=f64::MAX,
             "at least health.degraded_after",
         )
     }
@@ -764,28 +416,8 @@ impl HealthConfig {
 impl OutputConfig {
     fn validate(&self) -> Result<(), ConfigError> {
         let [latitude, longitude, height] = self.origin.unwrap_or([0.0; 3]);
-        within("output.origin latitude", latitude, -90.0, 90.0, "between -90 and 90")?;
-        within("output.origin longitude", longitude, -180.0, 180.0, "between -180 and 180")?;
-        within("output.origin height", height, -12_000.0, 100_000.0, "metres between -12000 and 100000")
+        within("output.origin latitude", latitude, -90.0..=90.0, "between -90 and 90")?;
+        within("output.origin longitude", longitude, -180.0..=180.0, "between -180 and 180")?;
+        within("output.origin height", height, -12_000.0..=100_000.0, "metres between -12000 and 100000")
     }
-}
-
-fn check(allowed: bool, key: &'static str, value: impl Display, expected: &'static str) -> Result<(), ConfigError> {
-    if allowed { Ok(()) } else { Err(ConfigError::OutOfRange { key, value: value.to_string(), expected }) }
-}
-
-fn positive(key: &'static str, value: f64) -> Result<(), ConfigError> {
-    check(value > 0.0 && value.is_finite(), key, value, "a positive number")
-}
-
-fn at_least_zero(key: &'static str, value: f64) -> Result<(), ConfigError> {
-    check(value >= 0.0 && value.is_finite(), key, value, "zero or a positive number")
-}
-
-fn within(key: &'static str, value: f64, low: f64, high: f64, expected: &'static str) -> Result<(), ConfigError> {
-    check((low..=high).contains(&value), key, value, expected)
-}
-
-fn window(key: &'static str, value: f64) -> Result<(), ConfigError> {
-    within(key, value, 1.0e-4, 10.0, "between 0.0001 and 10 s")
 }

@@ -10,6 +10,7 @@ pub mod error;
 pub mod filter;
 pub mod health;
 mod intake;
+mod limits;
 pub mod navigator;
 #[cfg(feature = "python")]
 mod python;

@@ -12,7 +12,6 @@
 mod draw;
 mod footing;
 mod gait;
-mod limits;
 mod motion;
 mod route;
 mod sensor;

@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::limits;
 use crate::error::ConfigError;
+use crate::limits;
 
 /// The gait of the foot that carries the sensor, a left one.
 ///

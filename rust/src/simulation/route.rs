@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::limits;
 use crate::error::ConfigError;
+use crate::limits;
 
 /// Longest route that is accepted, m.
 const LONGEST: f64 = 100_000.0;

@@ -9,8 +9,9 @@ use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::{draw, limits};
+use super::draw;
 use crate::error::ConfigError;
+use crate::limits;
 use crate::sample::ImuSample;
 
 /// Standard gravity, in which data sheets count, m/s².

@@ -5,9 +5,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::limits;
 use crate::config::Config;
 use crate::error::ConfigError;
+use crate::limits;
 use crate::strapdown::{MechanizationKind, Strapdown};
 
 /// How often and with what random numbers a walk is sampled, and the strapdown and the Earth that it is sampled for.

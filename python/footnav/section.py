@@ -1,0 +1,107 @@
+"""What groups of settings have in common: they are immutable, know their keys, and travel to the core as JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+
+import msgspec
+import numpy as np
+
+from footnav.errors import ConfigError
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A group of settings."""
+
+    def replace(self, **changes: Any) -> Self:
+        """Return the same settings with some of them changed."""
+        refuse_unknown(type(self), changes, "")
+        return msgspec.structs.replace(self, **changes)
+
+
+def encode(settings: Section | dict[str, Any]) -> bytes:
+    """Return settings as JSON for the core.
+
+    Raises
+    ------
+    ConfigError
+        A value is of a type that no setting has, or a number is not finite: JSON would make nothing of it.
+    """
+    try:
+        values = msgspec.to_builtins(settings, enc_hook=_plain)
+    except TypeError as error:
+        msg = f"a setting has a value that is no setting: {error}"
+        raise ConfigError(msg) from error
+    _refuse_non_finite(values, "")
+    return msgspec.json.encode(values)
+
+
+def _plain(value: Any) -> Any:
+    """Turn NumPy's numbers and arrays into Python's."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    msg = f"{value!r}"
+    raise TypeError(msg)
+
+
+def _refuse_non_finite(value: Any, name: str) -> None:
+    if isinstance(value, float) and not math.isfinite(value):
+        msg = f"{name} = {value}: expected a finite number"
+        raise ConfigError(msg)
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, item in items:
+        _refuse_non_finite(item, f"{name}.{key}".lstrip("."))
+
+
+def refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], prefix: str) -> None:
+    """Raise for the first key that `section` does not have, naming the nearest one that it has."""
+    types = get_type_hints(section)
+    tag_field = section.__struct_config__.tag_field
+    for key, value in settings.items():
+        if key == tag_field:
+            continue
+        if key not in section.__struct_fields__:
+            raise ConfigError(_unknown(prefix + key, section.__struct_fields__))
+        inner = _section_for(types[key], value, prefix + key)
+        if inner is not None:
+            refuse_unknown(inner, value, f"{prefix}{key}.")
+
+
+def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] | None:
+    """Return the section that a table of settings is for, by its `kind` where several are possible."""
+    sections = [c for c in (declared, *get_args(declared)) if isinstance(c, type) and issubclass(c, msgspec.Struct)]
+    if not sections or not isinstance(value, dict):
+        return None
+    if len(sections) == 1:
+        return sections[0]
+    kinds = by_kind(sections)
+    kind = value.get("kind")
+    if not isinstance(kind, str) or kind not in kinds:
+        found = f"{name}.kind = {kind!r}" if "kind" in value else f"{name} has no kind"
+        raise ConfigError(unknown_kind(found, str(kind), kinds))
+    return kinds[kind]
+
+
+def by_kind(sections: Iterable[type[msgspec.Struct]]) -> dict[str, type[msgspec.Struct]]:
+    """Return the sections by their `kind`."""
+    return {str(section.__struct_config__.tag): section for section in sections}
+
+
+def unknown_kind(found: str, kind: str, known: dict[str, Any]) -> str:
+    """Say that there is no such kind, which ones there are, and which is the nearest."""
+    return f"{found}: the known ones are {', '.join(known)}{_hint(kind, list(known))}"
+
+
+def _unknown(key: str, known: tuple[str, ...]) -> str:
+    return f"unknown setting {key!r}: known here are {', '.join(known)}{_hint(key.rpartition('.')[2], known)}"
+
+
+def _hint(word: str, known: Sequence[str]) -> str:
+    nearest = get_close_matches(word, known, n=1)
+    return f"; did you mean {nearest[0]!r}?" if nearest else ""
