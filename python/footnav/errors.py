@@ -4,6 +4,9 @@ Every error of footnav is a :class:`FootnavError`; its message names the file, r
 and what to do about it.
 """
 
+from collections.abc import Collection
+from difflib import get_close_matches
+
 
 class FootnavError(Exception):
     """Base of every error that footnav raises on purpose."""
@@ -23,3 +26,9 @@ class NumericalError(FootnavError):
 
 class FootnavWarning(UserWarning):
     """The data can be tracked, but the user should know what was found in them."""
+
+
+def nearest(word: str, known: Collection[str]) -> str:
+    """Name the known word that is most like `word`, as the end of a message, or nothing when none is like it."""
+    close = get_close_matches(word.lower(), known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 import msgspec
 import numpy as np
 
-from footnav.errors import ConfigError
+from footnav.errors import ConfigError, nearest
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -95,13 +94,8 @@ def by_kind(sections: Iterable[type[msgspec.Struct]]) -> dict[str, type[msgspec.
 
 def unknown_kind(found: str, kind: str, known: dict[str, Any]) -> str:
     """Say that there is no such kind, which ones there are, and which is the nearest."""
-    return f"{found}: the known ones are {', '.join(known)}{_hint(kind, list(known))}"
+    return f"{found}: the known ones are {', '.join(known)}{nearest(kind, list(known))}"
 
 
 def _unknown(key: str, known: tuple[str, ...]) -> str:
-    return f"unknown setting {key!r}: known here are {', '.join(known)}{_hint(key.rpartition('.')[2], known)}"
-
-
-def _hint(word: str, known: Sequence[str]) -> str:
-    nearest = get_close_matches(word, known, n=1)
-    return f"; did you mean {nearest[0]!r}?" if nearest else ""
+    return f"unknown setting {key!r}: known here are {', '.join(known)}{nearest(key.rpartition('.')[2], known)}"

@@ -2,7 +2,6 @@
 
 import dataclasses
 from dataclasses import dataclass
-from difflib import get_close_matches
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +12,7 @@ from footnav.cli.console import attending, caution, each_file, make_folder, prin
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import describe, side_by_side
 from footnav.config import Config, load_config
-from footnav.errors import ConfigError
+from footnav.errors import ConfigError, nearest
 from footnav.plot import PICTURES, save_overview
 from footnav.recording import Recording
 from footnav.tracking import track
@@ -154,9 +153,9 @@ def _formats(given: str | None) -> tuple[str, ...]:
     formats = tuple(form.strip().lower() for form in given.split(","))
     for form in formats:
         if form not in FORMATS:
-            nearest = get_close_matches(form, FORMATS, n=1)
-            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-            raise ConfigError(f"format {form!r} is unknown: expected some of {', '.join(FORMATS)}{hint}")
+            raise ConfigError(
+                f"format {form!r} is unknown: expected some of {', '.join(FORMATS)}{nearest(form, FORMATS)}"
+            )
     return formats
 
 

@@ -2,12 +2,11 @@
 
 import inspect
 from collections.abc import Callable
-from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from footnav.errors import ConfigError
+from footnav.errors import ConfigError, nearest
 from footnav.export.archive import load_trajectory, write_npz
 from footnav.export.atomic import replacing
 from footnav.export.geojson import write_geojson
@@ -72,7 +71,5 @@ def _check_options(path: Path, writer: Callable[..., None], options: dict[str, A
     known = list(inspect.signature(writer).parameters)[2:]
     for option in options:
         if option not in known:
-            nearest = get_close_matches(option, known, 1)
-            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
             expected = ", ".join(known) or "no options"
-            raise ConfigError(f"{path}: {path.suffix} knows {expected}, not {option!r}{hint}")
+            raise ConfigError(f"{path}: {path.suffix} knows {expected}, not {option!r}{nearest(option, known)}")

@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from footnav.errors import ConfigError, DataError, FootnavWarning
+from footnav.errors import ConfigError, DataError, FootnavWarning, nearest
 from footnav.io import judge
 from footnav.io.header import ACCEL_ROLES, GYRO_ROLES, MAG_ROLES, REQUIRED, Title, is_canonical
-from footnav.io.options import Options, nearest
+from footnav.io.options import Options
 from footnav.io.samples import Samples, convert, stamps
 from footnav.io.text import Table
 from footnav.io.units import ACCEL, GYRO, MAG, PRESSURE, TEMPERATURE, TIME, Quantity

@@ -1,6 +1,5 @@
 """The options of `footnav.io.read`, checked before a file is opened."""
 
-import difflib
 import math
 import re
 from collections.abc import Collection, Mapping
@@ -8,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footnav.errors import ConfigError
+from footnav.errors import ConfigError, nearest
 from footnav.io.header import ROLES
 from footnav.io.units import ACCEL, GYRO, TIME
 from footnav.recording import Floats
@@ -91,12 +90,6 @@ def rotation(axes: str) -> Floats:
     return matrix
 
 
-def nearest(word: str, known: Collection[str]) -> str:
-    """Name the known word that is most like `word`, as the end of a message, or nothing when none is like it."""
-    close = difflib.get_close_matches(word.lower(), known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
-
-
 def _check_choice(label: str, value: object, known: Collection[str]) -> None:
     if value is not None and value not in known:
         raise ConfigError(f"{label} is {value!r}; expected one of {', '.join(known)}{nearest(str(value), known)}")
@@ -105,8 +98,8 @@ def _check_choice(label: str, value: object, known: Collection[str]) -> None:
 def _check_positive(label: str, value: object) -> None:
     if value is None:
         return
-    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not (number and math.isfinite(value) and value > 0):  # type: ignore[arg-type, operator]
+    number = float(value) if isinstance(value, int | float | np.integer | np.floating) else math.nan
+    if isinstance(value, bool) or not (math.isfinite(number) and number > 0):
         raise ConfigError(f"{label} is {value!r}; expected a positive number")
 
 
