@@ -1,4 +1,4 @@
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +7,7 @@ from typing_extensions import Self, disjoint_base
 from footnav.stance import StanceDetector
 
 __all__ = [
+    "Batch",
     "Navigator",
     "__version__",
     "check_config",
@@ -23,8 +24,8 @@ __all__ = [
 
 __version__: str
 
-@disjoint_base
-class Navigator:
+@final
+class Batch:
     def __new__(
         cls,
         config: bytes,
@@ -32,12 +33,17 @@ class Navigator:
         detector: StanceDetector | None = None,
         stationary: list[bool] | None = None,
     ) -> Self: ...
+    def push_block(self, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]) -> None: ...
+    def finish(self) -> tuple[dict[str, Any], dict[str, Any]]: ...
+
+@disjoint_base
+class Navigator:
+    def __new__(cls, config: bytes, rate_hz: float, detector: StanceDetector | None = None) -> Self: ...
     def push(self, t: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> bool: ...
     def _push_columns(
         self, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]
     ) -> dict[str, Any]: ...
     def _flush_columns(self) -> dict[str, Any]: ...
-    def _check_aligned(self) -> None: ...
     def reset(self) -> None: ...
     def _state_now(self) -> dict[str, Any] | None: ...
     def _health_fields(self, of_walk: bool) -> dict[str, Any]: ...

@@ -101,6 +101,8 @@ class Alignment(Section, frozen=True, kw_only=True):
         Axis of the sensor that the heading belongs to.
     rest_accel_std, rest_gyro_std : float
         Greatest standard deviations that still count as rest, m/s² and rad/s.
+    fine_duration : float
+        Rest after that, at the most, over which the filter levels finely before the walk begins, s (Wu et al.).
     gyro_bias_std : float
         Standard deviation of the gyroscope's bias after `duration` of rest, rad/s.
     tilt_std : float
@@ -117,6 +119,7 @@ class Alignment(Section, frozen=True, kw_only=True):
     forward_axis: Literal["x", "y", "z", "-x", "-y", "-z"] = "x"
     rest_accel_std: float = 0.25
     rest_gyro_std: float = 0.06
+    fine_duration: float = 0.0
     gyro_bias_std: float = 3.0e-3
     tilt_std: float = 0.01
     heading_std_deg: float = 0.0
@@ -149,6 +152,9 @@ class Filter(Section, frozen=True, kw_only=True):
 
     Attributes
     ----------
+    kind : {"kf", "dr", "ins"}
+        What a zero velocity corrects: all states that the velocity depends on, by a Kalman filter; the velocity alone
+        (dead reckoning, Abdulrahim et al.); nothing (the strapdown alone, for comparison).
     specific_force_noise : float
         Noise density of the specific force beyond the sensor's own, m/s²/√Hz: shock, bandwidth, scale and timing of a
         foot in motion.
@@ -162,10 +168,19 @@ class Filter(Section, frozen=True, kw_only=True):
         Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular
         rate.
     innovation_gate : float
-        Squared Mahalanobis distance beyond which a zero velocity or zero angular rate is rejected.
+        Squared Mahalanobis distance beyond which a zero velocity, zero angular rate or attitude is rejected.
     rejection_limit : float
         Time in stance, over one or several of them, with nothing but rejections after which a zero velocity is believed
         all the same, s.
+    attitude_update : {"none", "gravity", "iaa"}
+        What the accelerometer tells of the attitude in stance: nothing beyond the zero velocities; roll and pitch; or
+        roll, pitch and heading as published by Wang et al. 2019, eq. 17.  An accelerometer carries no heading:
+        ``docs/papers.md`` tells what the last one does.
+    attitude_threshold : float, optional
+        Difference of the specific force from gravity below which it does, m/s²: from the sensor's noise.  Needed for an
+        attitude update.
+    attitude_std : float
+        Standard deviation of the attitude that it tells, rad.
     zero_angular_rate : bool
         Whether rest corrects the gyroscope's bias.
     zero_angular_rate_std : float
@@ -176,6 +191,7 @@ class Filter(Section, frozen=True, kw_only=True):
         How long the angular rate must have stayed below that, s.
     """
 
+    kind: Literal["kf", "dr", "ins"] = "kf"
     specific_force_noise: float = 0.1
     angular_rate_noise: float = 6.0e-4
     clipped_noise_factor: float = 30.0
@@ -183,10 +199,45 @@ class Filter(Section, frozen=True, kw_only=True):
     zero_velocity_lever: float = 0.03
     innovation_gate: float = 1.0e3
     rejection_limit: float = 0.1
+    attitude_update: Literal["none", "gravity", "iaa"] = "none"
+    attitude_threshold: float | None = None
+    attitude_std: float = 0.01
     zero_angular_rate: bool = True
     zero_angular_rate_std: float = 0.02
     rest_rate: float = 0.05
     rest_duration: float = 0.5
+
+
+class Correction(Section, frozen=True, kw_only=True):
+    """Correction of whole gait cycles, after the filter (Abdulrahim et al.); needs the whole recording.
+
+    The velocity that a stance finds wrong is taken off the swing before it in proportion to time, and the position is
+    integrated again.  The uncertainties stay those of the filter.
+
+    Attributes
+    ----------
+    kind : {"none", "lwi", "rv"}
+        Which velocity is taken off: none; the mean over the stance (linearly weighted interpolation); that at the first
+        sample of the stance (residual velocity).
+    """
+
+    kind: Literal["none", "lwi", "rv"] = "none"
+
+
+class Smoother(Section, frozen=True, kw_only=True):
+    """States estimated from what came later, too.
+
+    Attributes
+    ----------
+    kind : {"none", "stepwise", "rts"}
+        Which later samples are used: none; those of the step (Colomar et al. 2012), which works in a stream; all of the
+        recording (Rauch, Tung, Striebel 1965).
+    longest_step : float
+        Longest step that the step-wise smoother smooths as a whole, s: so much later its states come out of a stream.
+    """
+
+    kind: Literal["none", "stepwise", "rts"] = "none"
+    longest_step: float = 2.0
 
 
 class HealthLimits(Section, frozen=True, kw_only=True):
@@ -246,6 +297,10 @@ class Config(Section, frozen=True, kw_only=True):
         The stance detector: the settings of one of the kinds in ``footnav.config.Detector``.
     filter : Filter
         The error-state filter.
+    correction : Correction
+        Correction of whole gait cycles.
+    smoother : Smoother
+        States estimated from what came later, too.
     health : HealthLimits
         When the solution is called degraded or invalid.
     output : Output
@@ -269,6 +324,8 @@ class Config(Section, frozen=True, kw_only=True):
     mechanization: Mechanization = Mechanization()
     detector: Detector = AdaptiveShoe()
     filter: Filter = Filter()
+    correction: Correction = Correction()
+    smoother: Smoother = Smoother()
     health: HealthLimits = HealthLimits()
     output: Output = Output()
 

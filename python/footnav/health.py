@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum, IntFlag
+from typing import Any
 
 
 class Status(str, Enum):
@@ -120,6 +121,12 @@ class Health:
     counters: Counters
     horizontal_std: float
     vertical_std: float
+
+    @classmethod
+    def of_fields(cls, fields: dict[str, Any]) -> "Health":
+        """Make it of the fields that the core hands over."""
+        reasons, counters = Reason(fields["reasons"]), Counters(**fields["counters"])
+        return cls(reasons.status, reasons, counters, fields["horizontal_std"], fields["vertical_std"])
 
     def __str__(self) -> str:
         """Describe the run in one paragraph."""

@@ -10,7 +10,7 @@ import numpy as np
 from footnav import _core
 from footnav.config import Config
 from footnav.errors import DataError
-from footnav.health import Counters, Health, Reason
+from footnav.health import Health
 from footnav.recording import to_floats
 from footnav.trajectory import Trajectory
 
@@ -45,8 +45,9 @@ class Navigator(_core.Navigator):
     """Follows one foot, sample by sample.
 
     The numbers are those of :func:`footnav.track`, to the bit, however the samples are cut into blocks.  A state comes
-    out `latency` samples after its sample went in, because the detector looks ahead; :meth:`now` carries it forward to
-    the newest sample.  While the start is aligned the states stay at the origin and `health` says so.
+    out `latency` samples after its sample went in, because the detector looks ahead and a step-wise smoother waits for
+    the end of the step; :meth:`now` carries the filter's newest state forward to the newest sample.  While the start
+    is aligned the states stay at the origin and `health` says so.
 
     Parameters
     ----------
@@ -73,13 +74,14 @@ class Navigator(_core.Navigator):
     gyro_bias, accel_bias : ndarray of shape (3,) or None
         In the sensor frame, rad/s and m/s².
     covariance : ndarray of shape (15, 15) or None
-        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias (b), in this order;
-        None while the start is aligned.
+        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias (b), in this order, of
+        the filter's newest state, which a smoother still holds back; None while the start is aligned.
 
     Raises
     ------
     ConfigError
-        A setting or the rate is out of range, or `detector` is no `footnav.StanceDetector`.
+        A setting or the rate is out of range, a correction or smoother needs the whole recording, or `detector` is no
+        `footnav.StanceDetector`.
     """
 
     config: Config
@@ -163,19 +165,17 @@ class Navigator(_core.Navigator):
         return self._health(of_walk=True)
 
     def _health(self, *, of_walk: bool) -> Health:
-        fields = self._health_fields(of_walk)
-        reasons = Reason(fields.pop("reasons"))
-        return Health(status=reasons.status, reasons=reasons, counters=Counters(**fields.pop("counters")), **fields)
+        return Health.of_fields(self._health_fields(of_walk))
 
     def _trajectory(self, columns: dict[str, Any]) -> Trajectory:
-        output, alignment = self.config.output, self.config.alignment
-        return Trajectory(
-            **columns,
-            health=self.health,
-            origin=output.origin,
-            frame=output.frame,
-            heading_known=alignment.heading_deg is not None or alignment.magnetic_field is not None,
-        )
+        return Trajectory(**columns, **placed(self.config), health=self.health)
+
+
+def placed(config: Config) -> dict[str, Any]:
+    """Return what the settings know of where a track lies, as the fields of a `Trajectory`."""
+    output, alignment = config.output, config.alignment
+    heading_known = alignment.heading_deg is not None or alignment.magnetic_field is not None
+    return {"origin": output.origin, "frame": output.frame, "heading_known": heading_known}
 
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import warnings
 from typing import TYPE_CHECKING
 
@@ -12,14 +11,13 @@ from footnav import _core
 from footnav.config import Config
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
 from footnav.health import Health, Reason
-from footnav.navigator import Navigator
+from footnav.navigator import placed
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike
-    from typing_extensions import Self
 
     from footnav.recording import Recording
     from footnav.stance import StanceDetector
@@ -62,7 +60,8 @@ def track(
         Settings at odds with each other, both `stationary` and `detector`, or a detector that is no
         `footnav.StanceDetector`.
     DataError
-        The samples cannot be used, or are fewer than the alignment needs; `stationary` is not a bool for each.
+        The samples cannot be used, or are fewer than the alignment needs; `stationary` is not a bool for each; a
+        smoother or a correction found no stance to go by.
     NumericalError
         The filter cannot go on.
 
@@ -71,43 +70,32 @@ def track(
     FootnavWarning
         Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
     """
+    config = with_ranges_of(recording, config or Config())
     try:
-        navigator = _navigator(recording, with_ranges_of(recording, config or Config()), stationary, detector)
-        parts = []
+        batch = _batch(recording, config, stationary, detector)
         for start in range(0, len(recording), BLOCK):
             rows = slice(start, start + BLOCK)
-            parts.append(navigator.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows]))
+            batch.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows])
             if progress is not None:
                 progress(min(1.0, (start + BLOCK) / len(recording)))
-        parts.append(navigator.flush())
-        navigator._check_aligned()
+        columns, fields = batch.finish()
     except FootnavError as error:
         if recording.name:
             error.args = (f"{recording.name}: {error}",)
         raise
-    health = navigator.health_of_walk()
+    health = Health.of_fields(fields)
     _warn(recording.name, health)
-    return dataclasses.replace(Trajectory.concatenate(parts), name=recording.name, health=health)
+    return Trajectory(**columns, **placed(config), name=recording.name, health=health)
 
 
-class _Told(Navigator):
-    """A navigator that is told at which samples the foot is at rest."""
-
-    def __new__(cls, config: Config, rate_hz: float, stationary: list[bool]) -> Self:
-        return _core.Navigator.__new__(cls, config.to_json(), rate_hz, stationary=stationary)
-
-    def __init__(self, config: Config, rate_hz: float, stationary: list[bool]) -> None:
-        super().__init__(config, rate_hz)
-
-
-def _navigator(
+def _batch(
     recording: Recording, config: Config, stationary: ArrayLike | None, detector: StanceDetector | None
-) -> Navigator:
+) -> _core.Batch:
     if stationary is None:
-        return Navigator(config, recording.rate_hz, detector=detector)
+        return _core.Batch(config.to_json(), recording.rate_hz, detector)
     if detector is not None:
         raise ConfigError("stationary and detector both decide where the foot is at rest: keep one of them")
-    return _Told(config, recording.rate_hz, _decisions(stationary, len(recording)))
+    return _core.Batch(config.to_json(), recording.rate_hz, stationary=_decisions(stationary, len(recording)))
 
 
 def _decisions(stationary: ArrayLike, samples: int) -> list[bool]:

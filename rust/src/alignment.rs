@@ -60,6 +60,17 @@ pub struct Aligned {
     pub rest: f64,
 }
 
+/// What a sample completed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gathered {
+    /// Nothing yet.
+    Part,
+    /// A block of rest.
+    Rest,
+    /// A block that is no rest.
+    Moving,
+}
+
 /// Gathers the rest at the start.
 #[derive(Clone, Debug)]
 pub(crate) struct Alignment {
@@ -88,25 +99,43 @@ impl Alignment {
     /// # Errors
     /// [`DataError`] when the samples are not those of an accelerometer near rest, or carry no heading although one was asked for.
     pub(crate) fn push(&mut self, sample: &ImuSample) -> Result<Option<Aligned>, DataError> {
+        match self.gather(sample) {
+            Gathered::Part => Ok(None),
+            Gathered::Moving => self.finish().map(Some),
+            Gathered::Rest => {
+                self.accept_block();
+                if self.rest_time < self.config.duration - 0.5 * BLOCK { Ok(None) } else { self.finish().map(Some) }
+            }
+        }
+    }
+
+    /// Takes the next sample; tells of the block that it completes.
+    pub(crate) fn gather(&mut self, sample: &ImuSample) -> Gathered {
         let anchor = *self.anchor.get_or_insert(*sample);
         let newest = self.block.last().unwrap_or(&anchor);
         if sample.time <= newest.time {
-            return Ok(None);
+            return Gathered::Part;
         }
         self.block.push(*sample);
         let elapsed = sample.time - anchor.time;
         if elapsed < BLOCK - 0.5 * self.strapdown.nominal_interval || self.block.len() < 2 {
-            return Ok(None);
+            return Gathered::Part;
         }
-        let block = Means::of(&self.block);
-        if elapsed > LONGEST_BLOCK || !self.rests(&block) {
-            return self.finish().map(Some);
-        }
-        self.rest.merge(&block);
-        self.rest_time += elapsed;
-        self.anchor = Some(*sample);
+        if elapsed > LONGEST_BLOCK || !self.rests(&Means::of(&self.block)) { Gathered::Moving } else { Gathered::Rest }
+    }
+
+    /// Counts the newest block as rest.
+    pub(crate) fn accept_block(&mut self) {
+        let (Some(anchor), Some(newest)) = (self.anchor, self.block.last()) else { return };
+        self.rest.merge(&Means::of(&self.block));
+        self.rest_time += newest.time - anchor.time;
+        self.anchor = Some(*newest);
         self.block.clear();
-        if self.rest_time < self.config.duration - 0.5 * BLOCK { Ok(None) } else { self.finish().map(Some) }
+    }
+
+    /// Samples since the rest that was counted.
+    pub(crate) fn block(&self) -> &[ImuSample] {
+        &self.block
     }
 
     /// Where the walk begins: the last sample of the rest, with the moving ones after it; the newest sample when there was no rest.

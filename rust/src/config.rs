@@ -11,14 +11,18 @@ use crate::limits::{at_least_zero, positive, within};
 use crate::strapdown::MechanizationKind;
 
 mod detector;
+mod filter;
 mod presets;
+mod refinement;
 
 pub use detector::{
     AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, Condition, DetectorConfig,
     MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig, ThreeConditionConfig,
     WindowedEnergiesConfig,
 };
+pub use filter::{AttitudeUpdate, FilterConfig, FilterKind};
 pub use presets::PRESETS;
+pub use refinement::{CorrectionConfig, CorrectionKind, SmootherConfig, SmootherKind};
 
 /// Latitude (degrees) that gravity is taken from when neither gravity, latitude nor origin is known.  Gravity changes by 0.026 m/s² from there to
 /// the equator or the poles, which the accelerometer biases absorb at the first rest.
@@ -40,6 +44,10 @@ pub struct Config {
     pub detector: DetectorConfig,
     /// The error-state filter.
     pub filter: FilterConfig,
+    /// Corrections of whole gait cycles.
+    pub correction: CorrectionConfig,
+    /// Estimates from what came later.
+    pub smoother: SmootherConfig,
     /// When the solution is called degraded or invalid.
     pub health: HealthConfig,
     /// Where the track lies on the Earth and in which frame files are written.
@@ -139,6 +147,8 @@ pub struct AlignmentConfig {
     pub rest_accel_std: f64,
     /// Greatest standard deviation of the angular rate that still counts as rest, rad/s.
     pub rest_gyro_std: f64,
+    /// Rest after that, at the most, over which the filter levels finely before the walk begins, s.
+    pub fine_duration: f64,
     /// Standard deviation of the gyroscope's bias after `duration` of rest, rad/s: a standing person sways.
     pub gyro_bias_std: f64,
     /// Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
@@ -158,6 +168,7 @@ impl Default for AlignmentConfig {
             forward_axis: Axis::default(),
             rest_accel_std: 0.25,
             rest_gyro_std: 0.06,
+            fine_duration: 0.0,
             gyro_bias_std: 3.0e-3,
             tilt_std: 0.01,
             heading_std_deg: 0.0,
@@ -179,53 +190,6 @@ pub struct MechanizationConfig {
     pub latitude_deg: Option<f64>,
     /// Height above the ellipsoid, m; from `output.origin`, or else 0, when absent.
     pub height: Option<f64>,
-}
-
-/// The error-state filter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FilterConfig {
-    /// Noise density of the specific force beyond the sensor's own, m/s²/√Hz: shock, bandwidth, scale and timing of a foot in motion.
-    pub specific_force_noise: f64,
-    /// Noise density of the angular rate beyond the sensor's own, rad/s/√Hz.
-    pub angular_rate_noise: f64,
-    /// Factor by which both grow at a sample that clips.
-    pub clipped_noise_factor: f64,
-    /// Standard deviation of a foot's velocity in stance, m/s.
-    pub zero_velocity_std: f64,
-    /// Distance (m) of the sensor from what the foot rolls about: the velocity of a foot in stance is uncertain by this times its angular rate.
-    pub zero_velocity_lever: f64,
-    /// Squared Mahalanobis distance of a zero velocity or zero angular rate from the prediction beyond which it is rejected.
-    pub innovation_gate: f64,
-    /// Time in stance, over one or several of them, with nothing but rejections after which a zero velocity is believed all the same, s: the foot stands and
-    /// the filter is wrong.
-    pub rejection_limit: f64,
-    /// Whether rest corrects the gyroscope's bias.
-    pub zero_angular_rate: bool,
-    /// Standard deviation of a foot's angular rate at rest, rad/s.
-    pub zero_angular_rate_std: f64,
-    /// Angular rate below which the foot may be at rest, rad/s.
-    pub rest_rate: f64,
-    /// How long the angular rate must have stayed below that, s.
-    pub rest_duration: f64,
-}
-
-impl Default for FilterConfig {
-    fn default() -> Self {
-        Self {
-            specific_force_noise: 0.1,
-            angular_rate_noise: 6.0e-4,
-            clipped_noise_factor: 30.0,
-            zero_velocity_std: 0.01,
-            zero_velocity_lever: 0.03,
-            innovation_gate: 1.0e3,
-            rejection_limit: 0.1,
-            zero_angular_rate: true,
-            zero_angular_rate_std: 0.02,
-            rest_rate: 0.05,
-            rest_duration: 0.5,
-        }
-    }
 }
 
 /// Limits beyond which a solution is degraded or invalid.
@@ -304,6 +268,16 @@ impl Config {
         self.mechanization.latitude_deg.or(self.output.origin.map(|o| o[0])).unwrap_or(DEFAULT_LATITUDE_DEG)
     }
 
+    /// Whether anything is done to the track after the filter.
+    pub(crate) fn refines(&self) -> bool {
+        self.correction.kind != CorrectionKind::None || self.smoother.kind != SmootherKind::None
+    }
+
+    /// Checks that every stage can run in a stream.
+    pub(crate) fn validate_for_streaming(&self) -> Result<(), ConfigError> {
+        refinement::validate_for_streaming(&self.correction, &self.smoother)
+    }
+
     /// Checks every setting.
     ///
     /// # Errors
@@ -315,8 +289,10 @@ impl Config {
         self.mechanization.validate()?;
         self.detector.validate()?;
         self.filter.validate()?;
+        self.smoother.validate()?;
         self.health.validate()?;
         self.output.validate()?;
+        refinement::validate(&self.filter, &self.correction, &self.smoother)?;
         let heading_known = self.alignment.heading_deg.is_some() || self.alignment.magnetic_field.is_some();
         if self.mechanization.earth_rate && self.mechanization.kind == MechanizationKind::FirstOrder {
             return Err(ConfigError::Inconsistent(
@@ -357,6 +333,7 @@ impl AlignmentConfig {
         within("alignment.declination_deg", self.declination_deg, -180.0..=180.0, "a number between -180 and 180")?;
         positive("alignment.rest_accel_std", self.rest_accel_std)?;
         positive("alignment.rest_gyro_std", self.rest_gyro_std)?;
+        at_least_zero("alignment.fine_duration", self.fine_duration)?;
         positive("alignment.gyro_bias_std", self.gyro_bias_std)?;
         positive("alignment.tilt_std", self.tilt_std)?;
         within("alignment.heading_std_deg", self.heading_std_deg, 0.0..=180.0, "between 0 and 180")?;
@@ -379,21 +356,6 @@ impl MechanizationConfig {
             -12_000.0..=100_000.0,
             "metres between -12000 and 100000",
         )
-    }
-}
-
-impl FilterConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        at_least_zero("filter.specific_force_noise", self.specific_force_noise)?;
-        at_least_zero("filter.angular_rate_noise", self.angular_rate_noise)?;
-        within("filter.clipped_noise_factor", self.clipped_noise_factor, 1.0..=f64::MAX, "at least 1")?;
-        positive("filter.zero_velocity_std", self.zero_velocity_std)?;
-        at_least_zero("filter.zero_velocity_lever", self.zero_velocity_lever)?;
-        positive("filter.innovation_gate", self.innovation_gate)?;
-        at_least_zero("filter.rejection_limit", self.rejection_limit)?;
-        positive("filter.zero_angular_rate_std", self.zero_angular_rate_std)?;
-        positive("filter.rest_rate", self.rest_rate)?;
-        positive("filter.rest_duration", self.rest_duration)
     }
 }
 

@@ -22,7 +22,7 @@ mod magnitude_variance;
 mod moving_variance;
 mod shoe;
 mod three_condition;
-mod window;
+pub(crate) mod window;
 mod windowed;
 mod windowed_energies;
 

@@ -106,6 +106,15 @@ pub enum DataError {
         /// What the alignment asks for, s.
         needed: f64,
     },
+    /// Nothing to smooth or correct by.
+    #[error(
+        "the foot was never found at rest in {samples} samples, so there is nothing to smooth or correct the steps by; \
+         choose another detector or threshold, or leave smoother and correction out"
+    )]
+    NoStance {
+        /// Number of samples.
+        samples: u64,
+    },
     /// The reading of the magnetometer carries no heading.
     #[error("the magnetic field {field:?} has no horizontal part, so it gives no heading")]
     VerticalField {

@@ -23,9 +23,18 @@ use crate::rotation;
 use crate::sample::ImuSample;
 use crate::strapdown::{NavState, Step};
 
+mod accelerometer_attitude;
 pub mod covariance;
+pub(crate) mod journal;
+pub mod observation;
+pub mod states;
+pub mod transition;
 
-use covariance::{Block, Covariance, Update};
+use covariance::Covariance;
+use journal::Journal;
+use observation::{Observation, Update};
+use states::{Block, ErrorStates, Linear};
+use transition::Transition;
 
 /// Navigation state with the sensor biases that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,8 +49,8 @@ pub struct Estimate {
 
 impl Estimate {
     /// Adds estimated errors: the feedback.
-    fn correct(&mut self, error: &[Vector3<f64>; covariance::BLOCKS]) {
-        let [position, velocity, attitude, gyro_bias, accel_bias] = error;
+    pub(crate) fn correct(&mut self, errors: &ErrorStates) {
+        let ErrorStates([position, velocity, attitude, gyro_bias, accel_bias]) = errors;
         self.nav.position += position;
         self.nav.velocity += velocity;
         self.nav.attitude = rotation::renormalize(rotation::exp(attitude) * self.nav.attitude);
@@ -123,19 +132,11 @@ impl ErrorStateFilter {
     ///
     /// `bridged` is the part of the step that no sample speaks for, s.
     #[inline]
-    pub fn predict(&mut self, step: &Step, clipped: bool, bridged: f64) {
-        let Step { dt, specific_force, attitude } = *step;
-        let p = &mut self.covariance;
-        p.add_scaled(Block::Position, Block::Velocity, 0.5 * dt);
-        p.add_transformed(Block::Velocity, Block::Attitude, &(-dt * rotation::cross_matrix(&specific_force)));
-        p.add_transformed(Block::Velocity, Block::AccelBias, &(-dt * attitude));
-        p.add_scaled(Block::Position, Block::Velocity, 0.5 * dt);
-        p.add_transformed(Block::Attitude, Block::GyroBias, &(-dt * attitude));
-        if self.earth_rate != Vector3::zeros() {
-            let turn = -dt * rotation::cross_matrix(&self.earth_rate);
-            p.transform(Block::Velocity, &(Matrix3::identity() + 2.0 * turn));
-            p.transform(Block::Attitude, &(Matrix3::identity() + turn));
-        }
+    pub(crate) fn predict(&mut self, step: &Step, clipped: bool, bridged: f64, journal: &mut impl Journal) {
+        let transition = Transition::new(step, &self.earth_rate);
+        journal.transition(&transition);
+        let (p, dt) = (&mut self.covariance, step.dt);
+        transition.apply(p);
         let motion = if clipped { self.clipped_factor * dt } else { dt };
         p.add_variance(Block::Velocity, self.noise.velocity * motion);
         p.add_variance(Block::Attitude, self.noise.attitude * motion);
@@ -157,7 +158,8 @@ impl ErrorStateFilter {
     }
 
     /// After a gap too long to be bridged: the foot is where it was, or as far away as one walks in `elapsed` (s), and may move.
-    pub fn resume(&mut self, time: f64, elapsed: f64) {
+    pub(crate) fn resume(&mut self, time: f64, elapsed: f64, journal: &mut impl Journal) {
+        journal.forget();
         self.estimate.nav.time = time;
         self.estimate.nav.velocity = Vector3::zeros();
         let mut p = Covariance::zero();
@@ -174,26 +176,108 @@ impl ErrorStateFilter {
     ///
     /// `insist` is for a foot that stands although the innovation test says otherwise: the velocity is then doubted by as much as it was found to be wrong.
     #[inline]
-    pub fn zero_velocity(&mut self, variance: f64, insist: bool) -> Update {
+    pub(crate) fn zero_velocity(&mut self, variance: f64, insist: bool, journal: &mut impl Journal) -> Update {
         let innovation = -self.estimate.nav.velocity;
         if insist {
             self.covariance.add_variance(Block::Velocity, innovation.norm_squared());
         }
-        self.observe(Block::Velocity, &innovation, variance, self.gate)
+        let observed = self.covariance.observe(Block::Velocity, &innovation, variance, self.gate);
+        self.use_observation(observed, journal)
     }
 
     /// Zero-angular-rate update: the foot turns with the Earth alone, up to `std` (rad/s); the rest of what the gyroscope reads is its bias.
     #[inline]
-    pub fn zero_angular_rate(&mut self, sample: &ImuSample, std: f64) -> Update {
+    pub(crate) fn zero_angular_rate(&mut self, sample: &ImuSample, std: f64, journal: &mut impl Journal) -> Update {
         let earth_rate = self.estimate.nav.attitude.inverse() * self.earth_rate;
         let innovation = sample.angular_rate - earth_rate - self.estimate.gyro_bias;
-        self.observe(Block::GyroBias, &innovation, std * std, self.gate)
+        let observed = self.covariance.observe(Block::GyroBias, &innovation, std * std, self.gate);
+        self.use_observation(observed, journal)
     }
 
-    fn observe(&mut self, block: Block, innovation: &Vector3<f64>, variance: f64, gate: f64) -> Update {
-        let (update, error) = self.covariance.observe(block, innovation, variance, gate);
-        if let Some(error) = error {
-            self.estimate.correct(&error);
+    /// Magnitude of the specific force less gravity, m/s².
+    #[must_use]
+    pub(crate) fn gravity_residual(&self, sample: &ImuSample) -> f64 {
+        (sample.specific_force - self.estimate.accel_bias).norm() - self.gravity
+    }
+
+    /// Gravity update: at rest the specific force points up, up to `std` (rad).
+    ///
+    /// The direction that it shows is that of up plus what the accelerometer's bias tilts it by, so attitude and bias are observed together.
+    pub(crate) fn gravity(&mut self, step: &Step, sample: &ImuSample, std: f64, journal: &mut impl Journal) {
+        let force = sample.specific_force - self.estimate.accel_bias;
+        let tilt = accelerometer_attitude::observe(&step.attitude, &force).tilt;
+        let levelling = levelling(&step.attitude, self.gravity);
+        self.tie(&-levelling, journal);
+        let mut errors = self.observe_attitude(tilt.into_iter().enumerate(), std, journal);
+        self.tie(&levelling, journal);
+        errors.add_transformed(Block::Attitude, Block::AccelBias, &levelling);
+        self.estimate.correct(&errors);
+    }
+
+    /// Accelerometer attitude as published (Wang et al. 2019, eq. 17): roll, pitch and, where the formula has a value, a heading, each up to `std` (rad).
+    ///
+    /// The accelerometer's bias is not part of the published observation.
+    pub(crate) fn accelerometer_attitude(
+        &mut self,
+        step: &Step,
+        sample: &ImuSample,
+        std: f64,
+        journal: &mut impl Journal,
+    ) {
+        let force = sample.specific_force - self.estimate.accel_bias;
+        let observed = accelerometer_attitude::observe(&step.attitude, &force);
+        let axes = observed.tilt.into_iter().enumerate().chain(observed.heading.map(|heading| (2, heading)));
+        let errors = self.observe_attitude(axes, std, journal);
+        self.estimate.correct(&errors);
+    }
+
+    /// Dead reckoning: the velocity is set to zero and nothing else is learned from it.
+    pub(crate) fn stop(&mut self, variance: f64) {
+        self.estimate.nav.velocity = Vector3::zeros();
+        self.covariance.replace(Block::Velocity, variance);
+    }
+
+    /// The walk begins here.
+    pub(crate) fn begin_here(&mut self) {
+        self.estimate.nav.position = Vector3::zeros();
+        self.covariance.replace(Block::Position, BY_DEFINITION);
+    }
+
+    /// Observes attitude errors (rad) about some axes of n, one after the other, and returns the errors that they tell of.
+    fn observe_attitude(
+        &mut self,
+        axes: impl Iterator<Item = (usize, f64)>,
+        std: f64,
+        journal: &mut impl Journal,
+    ) -> ErrorStates {
+        let mut errors = ErrorStates::default();
+        for (axis, observed) in axes {
+            let innovation = observed - errors.block(Block::Attitude)[axis];
+            let (_, observation) =
+                self.covariance.observe_axis(Block::Attitude, axis, innovation, std * std, self.gate);
+            if let Some(observation) = observation {
+                journal.observation(&observation);
+                errors += observation.errors();
+            }
+        }
+        errors
+    }
+
+    /// The attitude errors gain `m` times those of the accelerometer's bias.
+    fn tie(&mut self, m: &Matrix3<f64>, journal: &mut impl Journal) {
+        self.covariance.add_transformed(Block::Attitude, Block::AccelBias, m);
+        journal.tie(m);
+    }
+
+    #[inline]
+    fn use_observation(
+        &mut self,
+        (update, observation): (Update, Option<Observation>),
+        journal: &mut impl Journal,
+    ) -> Update {
+        if let Some(observation) = observation {
+            journal.observation(&observation);
+            self.estimate.correct(&observation.errors());
         }
         update
     }
@@ -229,9 +313,14 @@ impl ErrorStateFilter {
     }
 }
 
-/// Covariance after the alignment: roll and pitch are wrong by what the accelerometer's bias tilts the measured vertical, and correlated with it.
+/// The tilt J δb that a bias of the accelerometer gives an attitude that was levelled with it.
 ///
-/// From `C_true (f - δb) = g z` and `C_est f = g z`: φ = J δb with g J = [[0, -1, 0], [1, 0, 0], [0, 0, 0]] C.
+/// From `C_true (f - δb) = g z` and `C_est f = g z`: g J = [[0, -1, 0], [1, 0, 0], [0, 0, 0]] C.
+fn levelling(attitude: &Matrix3<f64>, gravity: f64) -> Matrix3<f64> {
+    Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0) * attitude / gravity
+}
+
+/// Covariance after the alignment: roll and pitch are wrong by what the accelerometer's bias tilts the measured vertical, and correlated with it.
 fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     let accel_bias = config.sensor.accel_bias_std.powi(2);
     let settings = &config.alignment;
@@ -245,8 +334,7 @@ fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
         p.add_variance(Block::GyroBias, config.sensor.gyro_bias_std.powi(2));
         return p;
     }
-    let quarter_turn = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    let levelling = quarter_turn * aligned.attitude.to_rotation_matrix().matrix() / config.gravity();
+    let levelling = levelling(aligned.attitude.to_rotation_matrix().matrix(), config.gravity());
     p.add_transformed(Block::Attitude, Block::AccelBias, &levelling);
     p.add_diagonal(Block::Attitude, &attitude_variances(settings.tilt_std, heading_std));
     p.add_variance(Block::Velocity, config.filter.zero_velocity_std.powi(2));

@@ -2,8 +2,10 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod alignment;
+pub mod batch;
 pub mod calibration;
 pub mod config;
+mod correction;
 pub mod detector;
 pub mod earth;
 pub mod error;
@@ -17,9 +19,11 @@ mod python;
 pub mod rotation;
 pub mod sample;
 pub mod simulation;
+mod smoother;
 pub mod strapdown;
 pub mod trajectory;
 
+pub use batch::Batch;
 pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use navigator::{Navigator, Solution};

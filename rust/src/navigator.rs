@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 
 use crate::alignment::Alignment;
 use crate::calibration::Calibrator;
-use crate::config::Config;
+use crate::config::{Config, SmootherKind};
+use crate::detector::window::samples;
 use crate::detector::{Decision, Detector};
 use crate::earth;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
@@ -15,12 +16,15 @@ use crate::filter::{ErrorStateFilter, Estimate};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
 use crate::sample::ImuSample;
+use crate::smoother::Smoother;
 use crate::strapdown::{NavState, Strapdown};
 use crate::trajectory::Trajectory;
 
+mod levelling;
 mod walk;
 
-use walk::Walk;
+use levelling::Levelling;
+use walk::{Setting, Walk};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
 const SLOWEST_RATE: f64 = 20.0;
@@ -53,6 +57,7 @@ pub struct Navigator {
     pending: VecDeque<Arrived>,
     strapdown: Strapdown,
     phase: Phase,
+    smoother: Option<Smoother>,
     monitor: HealthMonitor,
     latest: Option<Solution>,
     /// All that spoke against a solution since the start was aligned.
@@ -74,7 +79,14 @@ struct Arrived {
 #[expect(clippy::large_enum_variant, reason = "there is one of it, and a box would be one more hop for every sample")]
 enum Phase {
     Aligning(Alignment),
+    Levelling(Levelling),
     Walking(Walk),
+}
+
+impl Phase {
+    fn start(config: &Config, strapdown: &Strapdown) -> Self {
+        Self::Aligning(Alignment::new(config.alignment.clone(), strapdown))
+    }
 }
 
 impl Navigator {
@@ -84,32 +96,42 @@ impl Navigator {
     /// sensor was set to give the same solution to the bit.
     ///
     /// # Errors
-    /// [`ConfigError`] for a setting or a rate out of range.
+    /// [`ConfigError`] for a setting or a rate out of range, or a setting that needs the whole recording: see [`crate::batch::Batch`].
     pub fn new(config: Config, rate_hz: f64) -> Result<Self, ConfigError> {
-        let rate = whole_hertz(rate_hz)?;
-        config.validate()?;
-        let detector = config.detector.build(rate, config.gravity());
-        Self::with_detector(config, rate_hz, detector)
+        config.validate_for_streaming()?;
+        Self::whole(config, rate_hz, None)
     }
 
     /// A navigator with a stance detector of one's own; `config.detector` is not used.
     ///
     /// # Errors
-    /// [`ConfigError`] for a setting or a rate out of range.
+    /// As [`Navigator::new`].
     pub fn with_detector(config: Config, rate_hz: f64, detector: Box<dyn Detector>) -> Result<Self, ConfigError> {
+        config.validate_for_streaming()?;
+        Self::whole(config, rate_hz, Some(detector))
+    }
+
+    /// A navigator whose solutions may all have to wait for the end.
+    pub(crate) fn whole(
+        config: Config,
+        rate_hz: f64,
+        detector: Option<Box<dyn Detector>>,
+    ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let nominal_interval = 1.0 / whole_hertz(rate_hz)?;
+        let rate = whole_hertz(rate_hz)?;
+        let detector = detector.unwrap_or_else(|| config.detector.build(rate, config.gravity()));
         let (gravity, mechanization) = (config.gravity(), &config.mechanization);
         let latitude = config.latitude_deg().to_radians();
         let earth_rate = if mechanization.earth_rate { earth::rotation_rate(latitude) } else { Vector3::zeros() };
-        let strapdown = Strapdown { kind: mechanization.kind, gravity, earth_rate, nominal_interval };
+        let strapdown = Strapdown { kind: mechanization.kind, gravity, earth_rate, nominal_interval: 1.0 / rate };
         Ok(Self {
-            intake: Intake::new(&config, nominal_interval),
+            intake: Intake::new(&config, strapdown.nominal_interval),
             calibrator: Calibrator::new(&config.calibration),
             pending: VecDeque::with_capacity(detector.latency() + 1),
             detector,
             strapdown,
-            phase: Phase::Aligning(Alignment::new(config.alignment.clone(), &strapdown)),
+            phase: Phase::start(&config, &strapdown),
+            smoother: smoother(&config, rate),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
             reasons_so_far: Reasons::empty(),
@@ -146,8 +168,7 @@ impl Navigator {
     /// # Errors
     /// As [`Navigator::push`]; a block with a bad sample is refused as a whole, before any of it was used.
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<Trajectory, Error> {
-        self.check_running()?;
-        self.intake.check_block(block)?;
+        self.check_block(block)?;
         let mut solutions = Trajectory::with_capacity(block.len());
         for raw in block {
             if let Some(solution) = self.push(raw)? {
@@ -164,13 +185,30 @@ impl Navigator {
     pub fn flush(&mut self) -> Result<Trajectory, Error> {
         self.check_running()?;
         let mut solutions = Trajectory::with_capacity(self.pending.len());
-        while let Some(decision) = self.detector.drain() {
-            if let Some(solution) = self.release(&decision)? {
-                solutions.push(&solution);
-            }
+        while let Some(solution) = self.drain()? {
+            solutions.push(&solution);
         }
         self.ended = true;
         Ok(solutions)
+    }
+
+    /// Checks a block of raw samples before any of it is used.
+    pub(crate) fn check_block(&self, block: &[ImuSample]) -> Result<(), Error> {
+        self.check_running()?;
+        Ok(self.intake.check_block(block)?)
+    }
+
+    /// The next of the solutions that are left at the end of the data.
+    pub(crate) fn drain(&mut self) -> Result<Option<Solution>, Error> {
+        while let Some(decision) = self.detector.drain() {
+            let solution = self.release(&decision)?;
+            if solution.is_some() {
+                return Ok(solution);
+            }
+        }
+        let left = self.smoother.as_mut().and_then(Smoother::drain);
+        self.latest = left.or(self.latest);
+        Ok(left)
     }
 
     /// Forgets everything but the settings.
@@ -178,7 +216,8 @@ impl Navigator {
         self.detector.reset();
         self.pending.clear();
         self.intake = Intake::new(&self.config, self.strapdown.nominal_interval);
-        self.phase = Phase::Aligning(Alignment::new(self.config.alignment.clone(), &self.strapdown));
+        self.phase = Phase::start(&self.config, &self.strapdown);
+        self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
         self.reasons_so_far = Reasons::empty();
@@ -191,7 +230,7 @@ impl Navigator {
     /// Number of samples by which a solution comes late.
     #[must_use]
     pub fn latency(&self) -> usize {
-        self.detector.latency()
+        self.detector.latency() + self.smoother.as_ref().map_or(0, Smoother::delay)
     }
 
     /// The newest solution that came out.
@@ -213,6 +252,7 @@ impl Navigator {
                 let samples = self.pending.iter().map(|arrived| &arrived.sample);
                 walk.ahead(&self.strapdown, self.config.health.longest_gap, samples)
             }
+            Phase::Levelling(levelling) => levelling.state(&newest),
             Phase::Aligning(alignment) => NavState::at_rest(newest.time, alignment.attitude_of(&newest.specific_force)),
         };
         if state.is_finite() { Ok(Some(state)) } else { Err(NumericalError::StateNotFinite { time: newest.time }) }
@@ -222,8 +262,16 @@ impl Navigator {
     #[must_use]
     pub fn covariance(&self) -> Option<&Covariance> {
         match &self.phase {
-            Phase::Aligning(_) => None,
             Phase::Walking(walk) => Some(&walk.filter.covariance),
+            _ => None,
+        }
+    }
+
+    /// Velocity at the filter's newest solution without what its stance tells, n, m/s.
+    pub(crate) fn unaided_velocity(&self) -> Vector3<f64> {
+        match &self.phase {
+            Phase::Walking(walk) => walk.unaided_velocity(),
+            _ => Vector3::zeros(),
         }
     }
 
@@ -274,46 +322,80 @@ impl Navigator {
     #[inline]
     fn release(&mut self, decision: &Decision) -> Result<Option<Solution>, Error> {
         let Some(arrived) = self.pending.pop_front() else { return Ok(None) };
-        let solution = self.solve(&arrived, decision).inspect_err(|failure| self.failure = Some(failure.clone()))?;
-        self.latest = Some(solution);
-        if !solution.reasons.contains(Reasons::ALIGNING) {
-            self.reasons_so_far |= solution.reasons;
+        let found = self.solve(&arrived, decision).inspect_err(|failure| self.failure = Some(failure.clone()))?;
+        if !found.reasons.contains(Reasons::ALIGNING) {
+            self.reasons_so_far |= found.reasons;
         }
-        Ok(Some(solution))
+        let solution = self.hold_back(found);
+        self.latest = solution.or(self.latest);
+        Ok(solution)
+    }
+
+    /// Lets the smoother take the filter's newest solution, and returns the one that comes out.
+    #[inline]
+    fn hold_back(&mut self, found: Solution) -> Option<Solution> {
+        let Some(smoother) = &mut self.smoother else { return Some(found) };
+        match &self.phase {
+            Phase::Walking(walk) => smoother.push(&found, &walk.filter.covariance),
+            _ => smoother.push(&found, &Covariance::zero()),
+        }
     }
 
     #[inline]
     fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
-        let Arrived { sample, events } = arrived;
+        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         match &mut self.phase {
-            Phase::Walking(walk) => {
-                let config = &self.config.filter;
-                Ok(walk.update(&self.strapdown, config, &mut self.monitor, sample, *events, decision)?)
+            Phase::Walking(walk) => Ok(match &mut self.smoother {
+                None => walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?,
+                Some(smoother) => walk.update(&setting, &mut self.monitor, arrived, decision, smoother.journal())?,
+            }),
+            Phase::Levelling(levelling) => {
+                if levelling.push(&setting, &arrived.sample)? {
+                    let (walk, moving) = levelling.begin();
+                    let walk = walk.through(&self.strapdown, moving);
+                    return Ok(self.begin(walk, arrived, decision, true));
+                }
+                let nav = levelling.state(&arrived.sample);
+                Ok(self.stay(nav, arrived, decision))
             }
             Phase::Aligning(alignment) => {
-                self.monitor.note(sample.time, *events);
-                let reasons = *events | Reasons::ALIGNING;
-                let Some(aligned) = alignment.push(sample)? else {
-                    let nav = NavState::at_rest(sample.time, alignment.attitude_so_far());
-                    return Ok(Solution::at_start(nav, decision, reasons));
+                let Some(aligned) = alignment.push(&arrived.sample)? else {
+                    let nav = NavState::at_rest(arrived.sample.time, alignment.attitude_so_far());
+                    return Ok(self.stay(nav, arrived, decision));
                 };
-                let (anchor, moving) = alignment.handover(sample);
+                let (anchor, moving) = alignment.handover(&arrived.sample);
                 let filter = ErrorStateFilter::new(&self.config, &aligned, anchor.time, self.strapdown.earth_rate);
-                let mut walk = Walk::new(filter, &anchor);
-                for sample in moving {
-                    walk.step(&self.strapdown, sample, Reasons::empty());
+                let walk = Walk::new(filter, &anchor);
+                let fine = self.config.alignment.fine_duration;
+                if fine > 0.0 && aligned.at_rest && moving.is_empty() {
+                    let levelling = Levelling::new(alignment.clone(), walk, anchor.time + fine);
+                    let nav = levelling.state(&arrived.sample);
+                    self.phase = Phase::Levelling(levelling);
+                    return Ok(self.stay(nav, arrived, decision));
                 }
-                let solution = walk.solution(decision, reasons);
-                self.monitor.aligned(sample.time, aligned.at_rest);
-                self.phase = Phase::Walking(walk);
-                Ok(solution)
+                let walk = walk.through(&self.strapdown, moving);
+                Ok(self.begin(walk, arrived, decision, aligned.at_rest))
             }
         }
+    }
+
+    /// While the start is being aligned the foot stays at the origin.
+    fn stay(&mut self, nav: NavState, arrived: &Arrived, decision: &Decision) -> Solution {
+        self.monitor.note(arrived.sample.time, arrived.events);
+        Solution::at_start(nav, decision, arrived.events | Reasons::ALIGNING)
+    }
+
+    /// The walk begins with the newest sample.
+    fn begin(&mut self, walk: Walk, arrived: &Arrived, decision: &Decision, at_rest: bool) -> Solution {
+        self.monitor.note(arrived.sample.time, arrived.events);
+        self.monitor.aligned(arrived.sample.time, at_rest);
+        let solution = walk.solution(decision.stationary, arrived.events | Reasons::ALIGNING);
+        self.phase = Phase::Walking(walk);
+        solution
     }
 }
 
 impl Solution {
-    /// While the start is being aligned the foot stays at the origin.
     fn at_start(nav: NavState, decision: &Decision, reasons: Reasons) -> Self {
         let (gyro_bias, accel_bias) = (Vector3::zeros(), Vector3::zeros());
         Self {
@@ -322,6 +404,14 @@ impl Solution {
             zero_velocity: decision.stationary,
             reasons,
         }
+    }
+}
+
+fn smoother(config: &Config, rate: f64) -> Option<Smoother> {
+    match config.smoother.kind {
+        SmootherKind::None => None,
+        SmootherKind::Stepwise => Some(Smoother::stepwise(samples(config.smoother.longest_step * rate))),
+        SmootherKind::Rts => Some(Smoother::whole()),
     }
 }
 

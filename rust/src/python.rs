@@ -12,6 +12,7 @@ use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::python::detector::PyDetector;
 use crate::sample::ImuSample;
 
+mod batch;
 mod detector;
 mod navigator;
 mod simulation;
@@ -42,6 +43,7 @@ type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyR
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<batch::PyBatch>()?;
     module.add_class::<navigator::PyNavigator>()?;
     module.add_function(wrap_pyfunction!(default_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;

@@ -94,7 +94,7 @@ pub struct Step {
     pub dt: f64,
     /// Mean specific force over the interval in n, m/s².
     pub specific_force: Vector3<f64>,
-    /// Attitude matrix `C_b^n` at the end of the interval.
+    /// Attitude matrix `C_b^n` at the end of the interval; of the first-order form as its update leaves it, which is not quite a rotation.
     pub attitude: Matrix3<f64>,
 }
 
@@ -143,6 +143,10 @@ impl Strapdown {
             MechanizationKind::SingleSample => self.single_sample(&state.attitude, now),
             MechanizationKind::FirstOrder => first_order(&state.attitude, now),
         };
+        let matrix = match self.kind {
+            MechanizationKind::FirstOrder => published(&state.attitude, &now.angle),
+            _ => attitude.to_rotation_matrix().into_inner(),
+        };
         let coriolis = 2.0 * self.earth_rate.cross(&start);
         state.velocity += specific_velocity - dt * (coriolis + self.gravity * Vector3::z());
         state.position += match self.kind {
@@ -152,7 +156,7 @@ impl Strapdown {
         state.attitude = attitude;
         state.time += dt;
         let specific_force = if dt > 0.0 { specific_velocity / dt } else { Vector3::zeros() };
-        Step { dt, specific_force, attitude: attitude.to_rotation_matrix().into_inner() }
+        Step { dt, specific_force, attitude: matrix }
     }
 
     fn two_sample(
@@ -196,6 +200,11 @@ pub(crate) fn second_order(before: &Increments, now: &Increments) -> (Vector3<f6
 #[inline]
 fn pairing_weight(before: f64, now: f64) -> f64 {
     if before > 0.0 { now * now / (6.0 * before * (before + now)) } else { 0.0 }
+}
+
+/// C (I + [θ×]), as published.
+fn published(attitude: &UnitQuaternion<f64>, angle: &Vector3<f64>) -> Matrix3<f64> {
+    attitude.to_rotation_matrix().matrix() * (Matrix3::identity() + rotation::cross_matrix(angle))
 }
 
 /// The rotation nearest to C (I + [θ×]) turns by atan |θ| about θ; the velocity turns with the matrix before it is made orthonormal, as published.

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
+use crate::batch::Batch;
 use crate::config::Config;
 use crate::error::{DataError, Error};
 use crate::health::{Health, Reasons};
-use crate::navigator::{Navigator, Solution};
+use crate::navigator::Solution;
 use crate::sample::ImuSample;
 
 /// A run of solutions, one row per sample.
@@ -46,6 +47,19 @@ impl Trajectory {
             accel_bias: Vec::with_capacity(rows),
             reasons: Vec::with_capacity(rows),
         }
+    }
+
+    /// Makes room for more rows.
+    pub(crate) fn reserve(&mut self, rows: usize) {
+        self.time.reserve(rows);
+        self.position.reserve(rows);
+        self.velocity.reserve(rows);
+        self.quaternion.reserve(rows);
+        self.zero_velocity.reserve(rows);
+        self.position_std.reserve(rows);
+        self.gyro_bias.reserve(rows);
+        self.accel_bias.reserve(rows);
+        self.reasons.reserve(rows);
     }
 
     /// Appends one solution.
@@ -100,11 +114,9 @@ pub fn track(samples: &[ImuSample], config: &Config) -> Result<(Trajectory, Heal
         let (samples, needed) = (samples.len() as u64, config.alignment.duration);
         return Err(DataError::TooShort { samples, duration: 0.0, needed }.into());
     };
-    let mut navigator = Navigator::new(config.clone(), rate)?;
-    let mut trajectory = navigator.push_block(samples)?;
-    trajectory.append(navigator.flush()?);
-    navigator.check_aligned()?;
-    Ok((trajectory, navigator.health_of_walk()))
+    let mut batch = Batch::new(config.clone(), rate)?;
+    batch.push_block(samples)?;
+    batch.finish()
 }
 
 /// Samples per second: the inverse of the median of the intervals that are not zero; none when there is no such interval.

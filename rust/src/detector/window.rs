@@ -101,7 +101,7 @@ pub(super) fn at_least_zero(value: f64) -> f64 {
     clippy::cast_sign_loss,
     reason = "validated settings: zero or positive and small"
 )]
-pub(super) fn samples(duration_times_rate: f64) -> usize {
+pub(crate) fn samples(duration_times_rate: f64) -> usize {
     duration_times_rate.round().max(0.0) as usize
 }
 

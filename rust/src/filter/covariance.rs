@@ -11,55 +11,11 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// Number of blocks of error states.
-pub const BLOCKS: usize = 5;
-/// Number of error states.
-pub const STATES: usize = 3 * BLOCKS;
+use super::observation::{Observation, Update};
+use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
+
 /// Number of blocks on and above the diagonal.
 const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
-
-/// A block of three error states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Block {
-    /// Position error in n, m.
-    Position,
-    /// Velocity error in n, m/s.
-    Velocity,
-    /// Attitude error in n, rad.
-    Attitude,
-    /// Gyroscope bias error, rad/s.
-    GyroBias,
-    /// Accelerometer bias error, m/s².
-    AccelBias,
-}
-
-impl Block {
-    /// All blocks in the order of the state vector.
-    pub const ALL: [Self; BLOCKS] = [Self::Position, Self::Velocity, Self::Attitude, Self::GyroBias, Self::AccelBias];
-
-    const fn index(self) -> usize {
-        self as usize
-    }
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::Velocity => "velocity",
-            Self::Attitude => "attitude",
-            Self::GyroBias => "gyroscope bias",
-            Self::AccelBias => "accelerometer bias",
-        }
-    }
-}
-
-/// Outcome of an observation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Update {
-    /// Squared Mahalanobis distance of the innovation.
-    pub distance: f64,
-    /// Whether it passed the innovation test and was used.
-    pub accepted: bool,
-}
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,41 +61,6 @@ impl Covariance {
         dense
     }
 
-    /// The states of `target` gain `m` times the states of `source`: P becomes (I + E) P (I + E)ᵀ with the block `m` in E.
-    #[inline]
-    pub fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
-        let (t, s) = (target.index(), source.index());
-        let half = (self.get(t, s) + 0.5 * m * self.get(s, s)) * m.transpose();
-        self.upper[at(t, t)] += half + half.transpose();
-        for k in (0..BLOCKS).filter(|&k| k != t) {
-            let gain = m * self.get(s, k);
-            self.add(t, k, &gain);
-        }
-    }
-
-    /// The same as [`Covariance::add_transformed`] with `scale` times the identity.
-    #[inline]
-    pub fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
-        let (t, s) = (target.index(), source.index());
-        let half = scale * (self.get(t, s) + 0.5 * scale * self.get(s, s));
-        self.upper[at(t, t)] += half + half.transpose();
-        for k in (0..BLOCKS).filter(|&k| k != t) {
-            let gain = scale * self.get(s, k);
-            self.add(t, k, &gain);
-        }
-    }
-
-    /// The states of `block` become `m` times themselves.
-    pub fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
-        let b = block.index();
-        let own = m * self.get(b, b) * m.transpose();
-        self.upper[at(b, b)] = 0.5 * (own + own.transpose());
-        for k in (0..BLOCKS).filter(|&k| k != b) {
-            let gain = m * self.get(b, k) - self.get(b, k);
-            self.add(b, k, &gain);
-        }
-    }
-
     /// Adds the same independent variance to each state of a block.
     #[inline]
     pub fn add_variance(&mut self, block: Block, variance: f64) {
@@ -157,8 +78,8 @@ impl Covariance {
 
     /// Observes the three states of `block` directly, with the same `variance` on each axis.
     ///
-    /// Returns the outcome and, when the innovation passed the `gate`, the estimated errors of all blocks.  An innovation covariance that is not positive is answered
-    /// by a rejection at an infinite distance.
+    /// Returns the outcome and, when the innovation passed the `gate`, the observation.  An innovation covariance that is not positive is answered by a rejection at an
+    /// infinite distance.
     #[inline]
     pub fn observe(
         &mut self,
@@ -166,24 +87,102 @@ impl Covariance {
         innovation: &Vector3<f64>,
         variance: f64,
         gate: f64,
-    ) -> (Update, Option<[Vector3<f64>; BLOCKS]>) {
+    ) -> (Update, Option<Observation>) {
         let b = block.index();
         let innovation_covariance = self.get(b, b) + Matrix3::from_diagonal_element(variance);
-        let Some(whitener) = inverse_cholesky_factor(&innovation_covariance) else {
+        self.observe_white(block, inverse_cholesky_factor(&innovation_covariance), innovation, gate)
+    }
+
+    /// Observes one state of `block`, that of an axis.  As [`Covariance::observe`].
+    pub fn observe_axis(
+        &mut self,
+        block: Block,
+        axis: usize,
+        innovation: f64,
+        variance: f64,
+        gate: f64,
+    ) -> (Update, Option<Observation>) {
+        let innovation_variance = self.diagonal(block)[axis] + variance;
+        let whitener = (innovation_variance > 0.0).then(|| {
+            let mut whitener = Matrix3::zeros();
+            whitener[(axis, axis)] = 1.0 / innovation_variance.sqrt();
+            whitener
+        });
+        let mut along_axis = Vector3::zeros();
+        along_axis[axis] = innovation;
+        self.observe_white(block, whitener, &along_axis, gate)
+    }
+
+    /// Observes a block with the inverse factor of its innovation covariance.
+    #[inline]
+    fn observe_white(
+        &mut self,
+        block: Block,
+        whitener: Option<Matrix3<f64>>,
+        innovation: &Vector3<f64>,
+        gate: f64,
+    ) -> (Update, Option<Observation>) {
+        let Some(whitener) = whitener else {
             return (Update { distance: f64::INFINITY, accepted: false }, None);
         };
-        let white = whitener * innovation;
-        let distance = white.norm_squared();
+        let white_innovation = whitener * innovation;
+        let distance = white_innovation.norm_squared();
         if distance.is_nan() || distance > gate {
             return (Update { distance, accepted: false }, None);
         }
-        let gain: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.get(k, b) * whitener.transpose());
+        let b = block.index();
+        let white_gain: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.get(k, b) * whitener.transpose());
         for i in 0..BLOCKS {
             for j in i..BLOCKS {
-                self.upper[at(i, j)] -= gain[i] * gain[j].transpose();
+                self.upper[at(i, j)] -= white_gain[i] * white_gain[j].transpose();
             }
         }
-        (Update { distance, accepted: true }, Some(gain.map(|w| w * white)))
+        (Update { distance, accepted: true }, Some(Observation { block, white_gain, whitener, white_innovation }))
+    }
+
+    /// The states of `block` are forgotten: independent of all others, with the same `variance` on each axis.
+    pub fn replace(&mut self, block: Block, variance: f64) {
+        let b = block.index();
+        for k in 0..BLOCKS {
+            self.upper[if k <= b { at(k, b) } else { at(b, k) }] = Matrix3::zeros();
+        }
+        self.add_variance(block, variance);
+    }
+
+    /// P x.
+    #[must_use]
+    pub fn times_states(&self, x: &ErrorStates) -> ErrorStates {
+        let row = |i: usize| (0..BLOCKS).map(|j| self.get(i, j) * x.0[j]).sum();
+        ErrorStates(std::array::from_fn(row))
+    }
+
+    /// P times a column of blocks.
+    pub(super) fn times(&self, column: &[Matrix3<f64>; BLOCKS]) -> [Matrix3<f64>; BLOCKS] {
+        let row = |i: usize| (0..BLOCKS).map(|j| self.get(i, j) * column[j]).sum();
+        std::array::from_fn(row)
+    }
+
+    /// Takes `column` off the column of blocks of `block` and its transpose off the row, and adds the symmetric `own` to the diagonal block.
+    pub(super) fn reduce_block(&mut self, block: Block, column: &[Matrix3<f64>; BLOCKS], own: &Matrix3<f64>) {
+        let b = block.index();
+        for k in (0..BLOCKS).filter(|&k| k != b) {
+            self.add(k, b, &-column[k]);
+        }
+        let change = 0.5 * own - column[b];
+        self.upper[at(b, b)] += change + change.transpose();
+    }
+
+    /// Diagonal of the block of `block` in P - P Λ P: the variances once the `information` Λ that came later is used too.
+    #[must_use]
+    pub fn diagonal_given(&self, block: Block, information: &Self) -> Vector3<f64> {
+        let b = block.index();
+        let column: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.get(k, b));
+        let seen = information.times(&column);
+        let mut known = Vector3::zeros();
+        for (column, seen) in column.iter().zip(&seen) {
+            known += (column.transpose() * seen).diagonal();
+        }
+        self.diagonal(block) - known
     }
 
     /// The first state whose variance is not positive and finite, with that variance.
@@ -205,6 +204,42 @@ impl Covariance {
     #[inline]
     fn add(&mut self, i: usize, j: usize, gain: &Matrix3<f64>) {
         if i < j { self.upper[at(i, j)] += gain } else { self.upper[at(j, i)] += gain.transpose() }
+    }
+}
+
+/// P becomes (I + E) P (I + E)ᵀ, where E has one block.
+impl Linear for Covariance {
+    #[inline]
+    fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
+        let (t, s) = (target.index(), source.index());
+        let half = (self.get(t, s) + 0.5 * m * self.get(s, s)) * m.transpose();
+        self.upper[at(t, t)] += half + half.transpose();
+        for k in (0..BLOCKS).filter(|&k| k != t) {
+            let gain = m * self.get(s, k);
+            self.add(t, k, &gain);
+        }
+    }
+
+    #[inline]
+    fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
+        let (t, s) = (target.index(), source.index());
+        let half = scale * (self.get(t, s) + 0.5 * scale * self.get(s, s));
+        self.upper[at(t, t)] += half + half.transpose();
+        for k in (0..BLOCKS).filter(|&k| k != t) {
+            let gain = scale * self.get(s, k);
+            self.add(t, k, &gain);
+        }
+    }
+
+    #[inline]
+    fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
+        let b = block.index();
+        let own = m * self.get(b, b) * m.transpose();
+        self.upper[at(b, b)] = 0.5 * (own + own.transpose());
+        for k in (0..BLOCKS).filter(|&k| k != b) {
+            let gain = m * self.get(b, k) - self.get(b, k);
+            self.add(b, k, &gain);
+        }
     }
 }
 
@@ -294,7 +329,7 @@ mod tests {
         #[test]
         fn an_observation_is_the_dense_joseph_update((mut p, dense) in covariances(), b in blocks(), r in 0.01..2.0, y in [-1.0..1.0, -1.0..1.0, -1.0..1.0]) {
             let innovation = Vector3::from(y);
-            let (update, error) = p.observe(b, &innovation, r, f64::INFINITY);
+            let (update, observation) = p.observe(b, &innovation, r, f64::INFINITY);
             let mut h = SMatrix::<f64, 3, STATES>::zeros();
             h.fixed_columns_mut::<3>(3 * b.index()).fill_with_identity();
             let s = h * dense * h.transpose() + Matrix3::from_diagonal_element(r);
@@ -305,7 +340,7 @@ mod tests {
             prop_assert!((p.dense() - joseph).norm() < 1e-10);
             prop_assert!((update.distance - innovation.dot(&(inverse * innovation))).abs() < 1e-11);
             let correction = k * innovation;
-            for (block, part) in error.unwrap().iter().enumerate() {
+            for (block, part) in observation.unwrap().errors().0.iter().enumerate() {
                 prop_assert!((part - correction.fixed_rows::<3>(3 * block)).norm() < 1e-11);
             }
             prop_assert_eq!(p.first_not_positive(), None);
@@ -318,8 +353,8 @@ mod tests {
         let mut p = Covariance::zero();
         p.add_variance(Block::Velocity, 1.0);
         let before = p.clone();
-        let (update, error) = p.observe(Block::Velocity, &Vector3::new(10.0, 0.0, 0.0), 1.0, 49.0);
-        assert_eq!((update.accepted, error, p), (false, None, before));
+        let (update, observation) = p.observe(Block::Velocity, &Vector3::new(10.0, 0.0, 0.0), 1.0, 49.0);
+        assert_eq!((update.accepted, observation, p), (false, None, before));
         assert!((update.distance - 50.0).abs() < 1e-12);
     }
 }

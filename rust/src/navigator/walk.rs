@@ -1,13 +1,22 @@
 //! One foot on its way: the algorithm that is run for every sample.
 
-use crate::config::FilterConfig;
+use nalgebra::Vector3;
+
+use crate::config::{AttitudeUpdate, FilterConfig, FilterKind};
 use crate::detector::Decision;
 use crate::error::NumericalError;
+use crate::filter::journal::Journal;
 use crate::filter::{ErrorStateFilter, Estimate};
 use crate::health::{HealthMonitor, Reasons};
-use crate::navigator::Solution;
+use crate::navigator::{Arrived, Solution};
 use crate::sample::ImuSample;
 use crate::strapdown::{Increments, NavState, Step, Strapdown};
+
+/// What stays the same for all samples.
+pub(super) struct Setting<'a> {
+    pub(super) strapdown: &'a Strapdown,
+    pub(super) filter: &'a FilterConfig,
+}
 
 /// The filter, with what it must remember from one sample to the next.
 #[derive(Clone)]
@@ -17,62 +26,148 @@ pub(super) struct Walk {
     increments: Increments,
     still_for: f64,
     rejected_for: f64,
+    unaided: UnaidedVelocity,
+}
+
+/// The velocity (n, m/s) as it is without what the present stance tells.
+#[derive(Clone, Copy)]
+struct UnaidedVelocity {
+    value: Vector3<f64>,
+    in_stance: bool,
+}
+
+impl UnaidedVelocity {
+    /// The velocity went from `before` to `after` by the strapdown alone.
+    #[inline]
+    fn step(&mut self, before: &Vector3<f64>, after: &Vector3<f64>, in_stance: bool) {
+        let goes_on = in_stance && self.in_stance;
+        self.value = if goes_on { self.value + (after - before) } else { *after };
+        self.in_stance = in_stance;
+    }
 }
 
 impl Walk {
     pub(super) fn new(filter: ErrorStateFilter, sample: &ImuSample) -> Self {
-        Self { filter, previous: *sample, increments: Increments::NONE, still_for: 0.0, rejected_for: 0.0 }
+        let unaided = UnaidedVelocity { value: filter.estimate.nav.velocity, in_stance: false };
+        Self { filter, previous: *sample, increments: Increments::NONE, still_for: 0.0, rejected_for: 0.0, unaided }
+    }
+
+    /// Goes through samples that came before the walk's first solution.
+    pub(super) fn through(mut self, strapdown: &Strapdown, samples: &[ImuSample]) -> Self {
+        for sample in samples {
+            self.step(strapdown, sample, Reasons::empty(), &mut ());
+        }
+        self
     }
 
     /// The algorithm: strapdown, prediction, and what the detector and a foot at rest know.
     #[inline]
     pub(super) fn update(
         &mut self,
-        strapdown: &Strapdown,
-        config: &FilterConfig,
+        setting: &Setting<'_>,
         monitor: &mut HealthMonitor,
-        sample: &ImuSample,
-        events: Reasons,
+        arrived: &Arrived,
         decision: &Decision,
+        journal: &mut impl Journal,
     ) -> Result<Solution, NumericalError> {
+        let (config, Arrived { sample, events }) = (setting.filter, arrived);
         let elapsed = sample.time - self.previous.time;
         if elapsed > monitor.longest_gap() {
-            self.resume(sample, elapsed);
+            self.resume(sample, elapsed, journal);
             monitor.lose();
         }
-        let step = self.step(strapdown, sample, events);
-        if decision.stationary && step.dt > 0.0 {
-            monitor.zero_velocity(sample.time, self.zero_velocity(config, sample));
+        let before = self.filter.estimate.nav.velocity;
+        let step = self.step(setting.strapdown, sample, *events, journal);
+        let stationary = decision.stationary && is_held_up(&step);
+        self.unaided.step(&before, &self.filter.estimate.nav.velocity, stationary);
+        if stationary && step.dt > 0.0 {
+            self.stand(config, monitor, &step, sample, journal);
         }
-        if self.rests(config, sample, step.dt, events) {
-            monitor.zero_angular_rate(self.filter.zero_angular_rate(sample, config.zero_angular_rate_std).accepted);
+        if self.rests(config, sample, step.dt, *events) {
+            let update = self.filter.zero_angular_rate(sample, config.zero_angular_rate_std, journal);
+            monitor.zero_angular_rate(update.accepted);
         }
         self.filter.check()?;
-        Ok(self.solution(decision, monitor.assess(sample.time, events, self.filter.tilt_std())))
+        Ok(self.solution(stationary, monitor.assess(sample.time, *events, self.filter.tilt_std())))
+    }
+
+    /// A sample at which the foot is known to rest.
+    pub(super) fn settle(&mut self, setting: &Setting<'_>, sample: &ImuSample) -> Result<(), NumericalError> {
+        let step = self.step(setting.strapdown, sample, Reasons::empty(), &mut ());
+        if step.dt > 0.0 {
+            self.zero_velocity(setting.filter, sample, &mut ());
+        }
+        if step.dt > 0.0 && setting.filter.zero_angular_rate {
+            self.filter.zero_angular_rate(sample, setting.filter.zero_angular_rate_std, &mut ());
+        }
+        self.filter.check()
+    }
+
+    /// What a foot on the ground tells.
+    #[inline]
+    fn stand(
+        &mut self,
+        config: &FilterConfig,
+        monitor: &mut HealthMonitor,
+        step: &Step,
+        sample: &ImuSample,
+        journal: &mut impl Journal,
+    ) {
+        match config.kind {
+            FilterKind::Kf => {
+                self.observe_attitude(config, step, sample, journal);
+                monitor.zero_velocity(sample.time, self.zero_velocity(config, sample, journal));
+            }
+            FilterKind::Dr => {
+                self.filter.stop(config.zero_velocity_std.powi(2));
+                monitor.zero_velocity(sample.time, true);
+            }
+            FilterKind::Ins => {}
+        }
+    }
+
+    /// What the accelerometer shows of the attitude, where it reads nothing but gravity.
+    #[inline]
+    fn observe_attitude(&mut self, config: &FilterConfig, step: &Step, sample: &ImuSample, journal: &mut impl Journal) {
+        let Some(threshold) = config.attitude_threshold else { return };
+        if self.filter.gravity_residual(sample).abs() >= threshold {
+            return;
+        }
+        match config.attitude_update {
+            AttitudeUpdate::None => {}
+            AttitudeUpdate::Gravity => self.filter.gravity(step, sample, config.attitude_std, journal),
+            AttitudeUpdate::Iaa => self.filter.accelerometer_attitude(step, sample, config.attitude_std, journal),
+        }
+    }
+
+    /// The velocity as it is without what the present stance tells, n, m/s.
+    pub(super) fn unaided_velocity(&self) -> Vector3<f64> {
+        self.unaided.value
     }
 
     #[inline]
-    pub(super) fn solution(&self, decision: &Decision, reasons: Reasons) -> Solution {
-        Solution {
-            estimate: self.filter.estimate,
-            position_std: self.filter.position_std(),
-            zero_velocity: decision.stationary,
-            reasons,
-        }
+    pub(super) fn solution(&self, zero_velocity: bool, reasons: Reasons) -> Solution {
+        Solution { estimate: self.filter.estimate, position_std: self.filter.position_std(), zero_velocity, reasons }
     }
 
     /// Strapdown and prediction over the interval that `sample` ends.
     #[inline]
-    pub(super) fn step(&mut self, strapdown: &Strapdown, sample: &ImuSample, events: Reasons) -> Step {
+    pub(super) fn step(
+        &mut self,
+        strapdown: &Strapdown,
+        sample: &ImuSample,
+        events: Reasons,
+        journal: &mut impl Journal,
+    ) -> Step {
         let bridged = strapdown.bridged(&self.previous, sample);
         let step = self.propagate(strapdown, sample);
-        self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged);
+        self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged, journal);
         step
     }
 
     /// Goes on after a gap that is too long to be bridged.
-    fn resume(&mut self, sample: &ImuSample, elapsed: f64) {
-        self.filter.resume(sample.time, elapsed);
+    fn resume(&mut self, sample: &ImuSample, elapsed: f64, journal: &mut impl Journal) {
+        self.filter.resume(sample.time, elapsed, journal);
         *self = Self::new(self.filter.clone(), sample);
     }
 
@@ -99,7 +194,7 @@ impl Walk {
         for sample in samples {
             let elapsed = sample.time - walk.previous.time;
             if elapsed > longest_gap {
-                walk.resume(sample, elapsed);
+                walk.resume(sample, elapsed, &mut ());
             }
             walk.propagate(strapdown, sample);
         }
@@ -108,10 +203,11 @@ impl Walk {
 
     /// Zero-velocity update; a foot that stays still against the filter's belief is right in the end.
     #[inline]
-    fn zero_velocity(&mut self, config: &FilterConfig, sample: &ImuSample) -> bool {
+    fn zero_velocity(&mut self, config: &FilterConfig, sample: &ImuSample, journal: &mut impl Journal) -> bool {
         let rolling = config.zero_velocity_lever.powi(2) * self.angular_rate_squared(sample);
         let variance = config.zero_velocity_std.powi(2) + rolling;
-        let accepted = self.filter.zero_velocity(variance, self.rejected_for > config.rejection_limit).accepted;
+        let insist = self.rejected_for > config.rejection_limit;
+        let accepted = self.filter.zero_velocity(variance, insist, journal).accepted;
         self.rejected_for = if accepted { 0.0 } else { self.rejected_for + self.increments.dt };
         accepted
     }
@@ -122,10 +218,17 @@ impl Walk {
         let seen = !events.contains(Reasons::GAP);
         let still = seen && self.angular_rate_squared(sample) < config.rest_rate.powi(2);
         self.still_for = if still { self.still_for + dt } else { 0.0 };
-        config.zero_angular_rate && dt > 0.0 && self.still_for >= config.rest_duration
+        let used = config.zero_angular_rate && config.kind == FilterKind::Kf;
+        used && dt > 0.0 && self.still_for >= config.rest_duration
     }
 
     fn angular_rate_squared(&self, sample: &ImuSample) -> f64 {
         (sample.angular_rate - self.filter.estimate.gyro_bias).norm_squared()
     }
+}
+
+/// Whether the ground carries the foot.  A detector looks at magnitudes, and a foot that is braked with twice gravity on its way up feels the magnitude of gravity, upside down.
+#[inline]
+fn is_held_up(step: &Step) -> bool {
+    step.specific_force.z > 0.0 || step.dt == 0.0
 }

@@ -5,10 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::config::Config;
-use crate::detector::{Detector, Given};
 use crate::error::Error;
-use crate::filter::covariance::STATES;
-use crate::health::Reasons;
+use crate::filter::states::STATES;
+use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::{from_json, matrix, rows};
@@ -27,23 +26,15 @@ pub(super) struct PyNavigator {
 #[pymethods]
 impl PyNavigator {
     #[new]
-    #[pyo3(signature = (config, rate_hz, detector=None, stationary=None))]
-    fn new(
-        config: &[u8],
-        rate_hz: f64,
-        detector: Option<&Bound<'_, PyAny>>,
-        stationary: Option<Vec<bool>>,
-    ) -> PyResult<Self> {
+    #[pyo3(signature = (config, rate_hz, detector=None))]
+    fn new(config: &[u8], rate_hz: f64, detector: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let config: Config = from_json(config)?;
-        let with = |detector: Box<dyn Detector>| Navigator::with_detector(config.clone(), rate_hz, detector);
-        match (detector, stationary) {
-            (Some(object), _) => {
-                let (detector, failure) = PyDetector::new(object)?;
-                Ok(Self { inner: with(Box::new(detector))?, failure: Some(failure) })
-            }
-            (None, Some(decisions)) => Ok(Self { inner: with(Box::new(Given::new(decisions)))?, failure: None }),
-            (None, None) => Ok(Self { inner: Navigator::new(config, rate_hz)?, failure: None }),
-        }
+        let Some(object) = detector else {
+            return Ok(Self { inner: Navigator::new(config, rate_hz)?, failure: None });
+        };
+        let (detector, failure) = PyDetector::new(object)?;
+        let inner = Navigator::with_detector(config, rate_hz, Box::new(detector))?;
+        Ok(Self { inner, failure: Some(failure) })
     }
 
     #[expect(clippy::too_many_arguments, reason = "floats are the cheapest thing to hand over from Python")]
@@ -76,11 +67,6 @@ impl PyNavigator {
         columns(py, py.detach(|| self.inner.flush())?)
     }
 
-    #[pyo3(name = "_check_aligned")]
-    fn check_aligned(&self) -> PyResult<()> {
-        Ok(self.inner.check_aligned().map_err(Error::from)?)
-    }
-
     fn reset(&mut self, py: Python<'_>) -> PyResult<()> {
         self.inner.reset();
         self.check(py)
@@ -95,21 +81,7 @@ impl PyNavigator {
     #[pyo3(name = "_health_fields")]
     fn health_fields<'py>(&self, py: Python<'py>, of_walk: bool) -> PyResult<Bound<'py, PyDict>> {
         let health = if of_walk { self.inner.health_of_walk() } else { self.inner.health() };
-        let counters = PyDict::new(py);
-        counters.set_item("samples", health.counters.samples)?;
-        counters.set_item("repeated", health.counters.repeated)?;
-        counters.set_item("gaps", health.counters.gaps)?;
-        counters.set_item("clipped", health.counters.clipped)?;
-        counters.set_item("refused", health.counters.refused)?;
-        counters.set_item("zero_velocity_updates", health.counters.updates.zero_velocity)?;
-        counters.set_item("zero_velocity_rejected", health.counters.updates.zero_velocity_rejected)?;
-        counters.set_item("zero_angular_rate_updates", health.counters.updates.zero_angular_rate)?;
-        let fields = PyDict::new(py);
-        fields.set_item("reasons", health.reasons.bits())?;
-        fields.set_item("counters", counters)?;
-        fields.set_item("horizontal_std", health.horizontal_std)?;
-        fields.set_item("vertical_std", health.vertical_std)?;
-        Ok(fields)
+        health_fields(py, &health)
     }
 
     #[getter]
@@ -171,8 +143,27 @@ impl PyNavigator {
     }
 }
 
+/// The fields of `footnav.Health`, by name.
+pub(super) fn health_fields<'py>(py: Python<'py>, health: &Health) -> PyResult<Bound<'py, PyDict>> {
+    let counters = PyDict::new(py);
+    counters.set_item("samples", health.counters.samples)?;
+    counters.set_item("repeated", health.counters.repeated)?;
+    counters.set_item("gaps", health.counters.gaps)?;
+    counters.set_item("clipped", health.counters.clipped)?;
+    counters.set_item("refused", health.counters.refused)?;
+    counters.set_item("zero_velocity_updates", health.counters.updates.zero_velocity)?;
+    counters.set_item("zero_velocity_rejected", health.counters.updates.zero_velocity_rejected)?;
+    counters.set_item("zero_angular_rate_updates", health.counters.updates.zero_angular_rate)?;
+    let fields = PyDict::new(py);
+    fields.set_item("reasons", health.reasons.bits())?;
+    fields.set_item("counters", counters)?;
+    fields.set_item("horizontal_std", health.horizontal_std)?;
+    fields.set_item("vertical_std", health.vertical_std)?;
+    Ok(fields)
+}
+
 /// The columns of `footnav.Trajectory`, by name.
-fn columns(py: Python<'_>, trajectory: Trajectory) -> PyResult<Bound<'_, PyDict>> {
+pub(super) fn columns(py: Python<'_>, trajectory: Trajectory) -> PyResult<Bound<'_, PyDict>> {
     let fields = PyDict::new(py);
     fields.set_item("t", PyArray1::from_vec(py, trajectory.time))?;
     fields.set_item("position", matrix(py, trajectory.position)?)?;

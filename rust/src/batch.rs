@@ -1,0 +1,90 @@
+//! A whole recording: what needs its end as well as its beginning.
+
+use nalgebra::Vector3;
+
+use crate::config::{Config, CorrectionKind};
+use crate::correction;
+use crate::detector::Detector;
+use crate::error::{ConfigError, DataError, Error};
+use crate::health::Health;
+use crate::navigator::{Navigator, Solution};
+use crate::sample::ImuSample;
+use crate::trajectory::Trajectory;
+
+/// Tracks a recording that is handed over in blocks, and refines it as a whole once all of it is there.
+pub struct Batch {
+    navigator: Navigator,
+    correction: CorrectionKind,
+    refines: bool,
+    trajectory: Trajectory,
+    /// Velocity of each row without what its stance tells; kept for a correction.
+    unaided: Vec<Vector3<f64>>,
+}
+
+impl Batch {
+    /// For a recording at about `rate_hz`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a setting or a rate out of range.
+    pub fn new(config: Config, rate_hz: f64) -> Result<Self, ConfigError> {
+        Ok(Self::of(&config.clone(), Navigator::whole(config, rate_hz, None)?))
+    }
+
+    /// With a stance detector of one's own; `config.detector` is not used.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for a setting or a rate out of range.
+    pub fn with_detector(config: Config, rate_hz: f64, detector: Box<dyn Detector>) -> Result<Self, ConfigError> {
+        Ok(Self::of(&config.clone(), Navigator::whole(config, rate_hz, Some(detector))?))
+    }
+
+    fn of(config: &Config, navigator: Navigator) -> Self {
+        Self {
+            navigator,
+            correction: config.correction.kind,
+            refines: config.refines(),
+            trajectory: Trajectory::default(),
+            unaided: Vec::new(),
+        }
+    }
+
+    /// Takes the next block of raw samples.
+    ///
+    /// # Errors
+    /// As [`Navigator::push_block`].
+    pub fn push_block(&mut self, block: &[ImuSample]) -> Result<(), Error> {
+        self.navigator.check_block(block)?;
+        self.trajectory.reserve(block.len());
+        for raw in block {
+            if let Some(solution) = self.navigator.push(raw)? {
+                self.keep(&solution);
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the recording: one row per sample, and the health of the whole walk.
+    ///
+    /// # Errors
+    /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
+    /// [`crate::error::NumericalError`] when the filter cannot go on.
+    pub fn finish(mut self) -> Result<(Trajectory, Health), Error> {
+        while let Some(solution) = self.navigator.drain()? {
+            self.keep(&solution);
+        }
+        self.navigator.check_aligned()?;
+        let health = self.navigator.health_of_walk();
+        if self.refines && health.counters.updates.zero_velocity == 0 {
+            return Err(DataError::NoStance { samples: health.counters.samples }.into());
+        }
+        correction::correct(self.correction, &mut self.trajectory, &self.unaided);
+        Ok((self.trajectory, health))
+    }
+
+    fn keep(&mut self, solution: &Solution) {
+        self.trajectory.push(solution);
+        if self.correction != CorrectionKind::None {
+            self.unaided.push(self.navigator.unaided_velocity());
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What an observation of one block of error states told, in the form that the filter uses and the smoother uses again.
+//!
+//! With the innovation covariance S = H P Hᵀ + R = L Lᵀ, the gain is K = W L⁻¹ where W = P Hᵀ L⁻ᵀ, and the estimated errors are W times the whitened innovation L⁻¹ y.  An axis that is
+//! not observed has a zero in place of its column of W, its row of L⁻¹ and its part of y.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::covariance::Covariance;
+use super::states::{BLOCKS, Block, ErrorStates};
+
+/// Outcome of an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Update {
+    /// Squared Mahalanobis distance of the innovation.
+    pub distance: f64,
+    /// Whether it passed the innovation test and was used.
+    pub accepted: bool,
+}
+
+/// An observation that was used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    pub(super) block: Block,
+    pub(super) white_gain: [Matrix3<f64>; BLOCKS],
+    pub(super) whitener: Matrix3<f64>,
+    pub(super) white_innovation: Vector3<f64>,
+}
+
+impl Observation {
+    /// The estimated errors K y.
+    #[must_use]
+    #[inline]
+    pub fn errors(&self) -> ErrorStates {
+        ErrorStates(self.white_gain.map(|gain| gain * self.white_innovation))
+    }
+
+    /// Carries the costate of the errors λ from after the observation to before it: (I - K H)ᵀ λ - Hᵀ S⁻¹ y.
+    pub fn costate_before(&self, costate: &mut ErrorStates) {
+        let mut white = self.white_innovation;
+        for (gain, part) in self.white_gain.iter().zip(&costate.0) {
+            white += gain.transpose() * part;
+        }
+        *costate.block_mut(self.block) -= self.whitener.transpose() * white;
+    }
+
+    /// Carries the information Λ of what is still to come from after the observation to before it: (I - K H)ᵀ Λ (I - K H) + Hᵀ S⁻¹ H.
+    pub fn information_before(&self, information: &mut Covariance) {
+        let gain = self.white_gain.map(|gain| gain * self.whitener);
+        let seen = information.times(&gain);
+        let mut own = self.whitener.transpose() * self.whitener;
+        for (gain, seen) in gain.iter().zip(&seen) {
+            own += gain.transpose() * seen;
+        }
+        information.reduce_block(self.block, &seen, &own);
+    }
+}

@@ -1,0 +1,77 @@
+//! The transition matrix F of the error model over one step, as a product of shears.
+//!
+//! Position moves in two halves around the change of velocity, as in the trapezoid of the mechanization.  Each shear is undone, transposed or applied to a covariance by itself,
+//! so the smoother's Fᵀ is the same few products in the reverse order.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::states::{Block, Linear};
+use crate::rotation;
+use crate::strapdown::Step;
+
+/// The transition over one step of the mechanization.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition {
+    dt: f64,
+    specific_force: Vector3<f64>,
+    attitude: Matrix3<f64>,
+    earth_rate: Vector3<f64>,
+}
+
+impl Transition {
+    /// The transition that belongs to a step on an Earth that turns with `earth_rate` (rad/s, n).
+    #[must_use]
+    #[inline]
+    pub fn new(step: &Step, earth_rate: &Vector3<f64>) -> Self {
+        Self { dt: step.dt, specific_force: step.specific_force, attitude: step.attitude, earth_rate: *earth_rate }
+    }
+
+    /// `x` becomes F x; a covariance becomes F P Fᵀ.
+    #[inline]
+    pub fn apply(&self, x: &mut impl Linear) {
+        x.add_scaled(Block::Position, Block::Velocity, 0.5 * self.dt);
+        x.add_transformed(Block::Velocity, Block::Attitude, &self.tilt());
+        x.add_transformed(Block::Velocity, Block::AccelBias, &self.bias());
+        x.add_scaled(Block::Position, Block::Velocity, 0.5 * self.dt);
+        x.add_transformed(Block::Attitude, Block::GyroBias, &self.bias());
+        if let Some((velocity, attitude)) = self.turn() {
+            x.transform(Block::Velocity, &velocity);
+            x.transform(Block::Attitude, &attitude);
+        }
+    }
+
+    /// `x` becomes Fᵀ x; an information matrix becomes Fᵀ Λ F.
+    pub fn apply_transposed(&self, x: &mut impl Linear) {
+        if let Some((velocity, attitude)) = self.turn() {
+            x.transform(Block::Attitude, &attitude.transpose());
+            x.transform(Block::Velocity, &velocity.transpose());
+        }
+        x.add_transformed(Block::GyroBias, Block::Attitude, &self.bias().transpose());
+        x.add_scaled(Block::Velocity, Block::Position, 0.5 * self.dt);
+        x.add_transformed(Block::AccelBias, Block::Velocity, &self.bias().transpose());
+        x.add_transformed(Block::Attitude, Block::Velocity, &self.tilt().transpose());
+        x.add_scaled(Block::Velocity, Block::Position, 0.5 * self.dt);
+    }
+
+    /// What a tilt turns into velocity.
+    #[inline]
+    fn tilt(&self) -> Matrix3<f64> {
+        -self.dt * rotation::cross_matrix(&self.specific_force)
+    }
+
+    /// What a bias turns into velocity or attitude.
+    #[inline]
+    fn bias(&self) -> Matrix3<f64> {
+        -self.dt * self.attitude
+    }
+
+    /// How the Earth turns velocity and attitude; none when it is at rest.
+    #[inline]
+    fn turn(&self) -> Option<(Matrix3<f64>, Matrix3<f64>)> {
+        if self.earth_rate == Vector3::zeros() {
+            return None;
+        }
+        let turn = -self.dt * rotation::cross_matrix(&self.earth_rate);
+        Some((Matrix3::identity() + 2.0 * turn, Matrix3::identity() + turn))
+    }
+}

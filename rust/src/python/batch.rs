@@ -1,0 +1,79 @@
+//! `footnav._core.Batch`.
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::batch::Batch;
+use crate::config::Config;
+use crate::detector::{Detector, Given};
+use crate::python::detector::{Failure, PyDetector};
+use crate::python::navigator::{columns, health_fields};
+use crate::python::{DataError, from_json, rows};
+
+/// A recording on its way through the core; `footnav.track` dresses its columns as a trajectory.
+#[pyclass(name = "Batch", module = "footnav._core")]
+pub(super) struct PyBatch {
+    /// Absent once it was finished.
+    inner: Option<Batch>,
+    /// What a detector of the user's raised; absent with one of the core's.
+    failure: Option<Failure>,
+}
+
+#[pymethods]
+impl PyBatch {
+    #[new]
+    #[pyo3(signature = (config, rate_hz, detector=None, stationary=None))]
+    fn new(
+        config: &[u8],
+        rate_hz: f64,
+        detector: Option<&Bound<'_, PyAny>>,
+        stationary: Option<Vec<bool>>,
+    ) -> PyResult<Self> {
+        let config: Config = from_json(config)?;
+        let with = |detector: Box<dyn Detector>| Batch::with_detector(config.clone(), rate_hz, detector);
+        let (inner, failure) = match (detector, stationary) {
+            (Some(object), _) => {
+                let (detector, failure) = PyDetector::new(object)?;
+                (with(Box::new(detector))?, Some(failure))
+            }
+            (None, Some(decisions)) => (with(Box::new(Given::new(decisions)))?, None),
+            (None, None) => (Batch::new(config, rate_hz)?, None),
+        };
+        Ok(Self { inner: Some(inner), failure })
+    }
+
+    fn push_block(
+        &mut self,
+        py: Python<'_>,
+        t: PyReadonlyArray1<'_, f64>,
+        accel: PyReadonlyArray2<'_, f64>,
+        gyro: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<()> {
+        let samples = rows(&(t, accel, gyro))?;
+        let batch = self.inner.as_mut().ok_or_else(finished)?;
+        let pushed = py.detach(|| batch.push_block(&samples));
+        self.check(py)?;
+        Ok(pushed?)
+    }
+
+    /// Columns of the track and fields of its health.
+    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let batch = self.inner.take().ok_or_else(finished)?;
+        let track = py.detach(|| batch.finish());
+        self.check(py)?;
+        let (trajectory, health) = track?;
+        Ok((columns(py, trajectory)?, health_fields(py, &health)?))
+    }
+}
+
+impl PyBatch {
+    /// Raises what the user's detector raised.
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        self.failure.as_ref().map_or(Ok(()), |failure| failure.check(py))
+    }
+}
+
+fn finished() -> PyErr {
+    DataError::new_err("the recording was finished; begin another one")
+}
