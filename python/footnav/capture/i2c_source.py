@@ -24,6 +24,7 @@ from footnav.capture.clock import HostedClock
 from footnav.capture.library import require
 from footnav.capture.line import MPU6050_ID
 from footnav.capture.mpu6050 import SAMPLE_REGISTERS, Block, Setup
+from footnav.capture.silence import Silence
 from footnav.capture.source import Losses
 from footnav.errors import ConfigError, DataError
 from footnav.recording import Floats
@@ -156,7 +157,7 @@ class I2cSource:
         self._check_chip()
         self._configure()
         self._empty()
-        self._heard = clock()
+        self._silence = Silence()
 
     @classmethod
     def open(cls, bus: int, setup: Setup | None = None, address: int = ADDRESSES[0]) -> Self:
@@ -233,7 +234,7 @@ class I2cSource:
             self._check_alive("the chip answers, but takes no samples; did its supply fail for a moment?")
             self._sleep(_POLL)
             return []
-        self._heard = host
+        self._silence.end()
         return [Block.from_counts(self._stamps(len(counts), host), counts, self._setup)]
 
     def _drain(self) -> tuple[list[tuple[int, ...]], float]:
@@ -280,7 +281,7 @@ class I2cSource:
         self.losses = self.losses.plus(**more)
 
     def _check_alive(self, reason: str) -> None:
-        silence = self._now() - self._heard
+        silence = self._silence.last(self._now())
         if silence > _PATIENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")
 

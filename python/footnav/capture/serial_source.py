@@ -16,6 +16,7 @@ from footnav.capture.clock import HostedClock
 from footnav.capture.library import require
 from footnav.capture.line import Decoder, Sample
 from footnav.capture.mpu6050 import Block
+from footnav.capture.silence import Silence
 from footnav.capture.source import Losses
 from footnav.errors import DataError
 
@@ -75,7 +76,7 @@ class SerialSource:
         self._clock = HostedClock(_RATE_SIGMA, _LATENESS)
         self._run: int | None = None
         self._received = 0
-        self._heard = clock()
+        self._silence = Silence()
 
     @classmethod
     def open(cls, port: str, baud: int = BAUD) -> Self:
@@ -150,7 +151,7 @@ class SerialSource:
         samples = self._decoder.feed(data)
         self._received += len(data)
         if samples:
-            self._heard = host
+            self._silence.end()
         else:
             self._check_alive(host)
         alike = itertools.groupby(samples, lambda sample: (sample.run, sample.setup))
@@ -174,7 +175,7 @@ class SerialSource:
         return Block.from_counts(t, [sample.counts for sample in samples], setup)
 
     def _check_alive(self, host: float) -> None:
-        trouble, silence = self._decoder.trouble, host - self._heard
+        trouble, silence = self._decoder.trouble, self._silence.last(host)
         if trouble and self._run is None:
             raise DataError(f"{self.name}: {trouble}")
         if silence > PATIENCE:
