@@ -281,7 +281,7 @@ class I2cSource:
         self.losses = self.losses.plus(**more)
 
     def _check_alive(self, reason: str) -> None:
-        silence = self._silence.last(self._now())
+        silence = self._silence.grow(self._now())
         if silence > _PATIENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")
 

@@ -175,7 +175,7 @@ class SerialSource:
         return Block.from_counts(t, [sample.counts for sample in samples], setup)
 
     def _check_alive(self, host: float) -> None:
-        trouble, silence = self._decoder.trouble, self._silence.last(host)
+        trouble, silence = self._decoder.trouble, self._silence.grow(host)
         if trouble and self._run is None:
             raise DataError(f"{self.name}: {trouble}")
         if silence > PATIENCE:
