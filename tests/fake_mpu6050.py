@@ -33,6 +33,7 @@ class FakeMpu6050:
     dropped: int = 0
 
     def __post_init__(self) -> None:
+        """Switch it on."""
         self._power_on()
 
     def _power_on(self) -> None:

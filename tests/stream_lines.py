@@ -42,6 +42,6 @@ def fault_line(code: int, detail: int = 0) -> bytes:
 
 
 def stream(samples: Iterable[Counts], stamp: int = 0, number: int = 0, interval: int = 5000) -> list[bytes]:
-    """A header and the lines of samples at 200 Hz."""
+    """Write a header and the lines of samples at 200 Hz."""
     lines = [sample_line(stamp + k * interval, number + k, counts) for k, counts in enumerate(samples)]
     return [header_line(), *lines]

@@ -5,8 +5,8 @@ from collections import deque
 
 import numpy as np
 import pytest
-from fake_mpu6050 import FakeMpu6050
 
+from fake_mpu6050 import FakeMpu6050
 from footnav.capture import Block, I2cSource, Losses, Setup, record
 from footnav.errors import ConfigError, DataError
 
@@ -25,8 +25,10 @@ def read_seconds(source: I2cSource, chip: FakeMpu6050, seconds: float, pause: fl
 
 
 def numbers(blocks: list[Block]) -> np.ndarray:
-    """The n of the n-th sample."""
-    return np.rint(np.concatenate([block.accel[:, 0] / block.setup.accel_range * 32768 for block in blocks])).astype(int)
+    """Return the n of the n-th samples."""
+    return np.rint(np.concatenate([block.accel[:, 0] / block.setup.accel_range * 32768 for block in blocks])).astype(
+        int
+    )
 
 
 def times(blocks: list[Block]) -> np.ndarray:

@@ -11,6 +11,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
+from footnav.capture import Decoder, Losses, Setup
+from footnav.errors import ConfigError
 from stream_lines import (
     AT_REST,
     close,
@@ -20,9 +23,6 @@ from stream_lines import (
     sample_line,
     stream,
 )
-
-from footnav.capture import Decoder, Losses, Setup
-from footnav.errors import ConfigError
 
 ROOT = Path(__file__).parents[1]
 SKETCH = ROOT / "examples" / "arduino" / "mpu6050_stream"
@@ -102,7 +102,7 @@ def harm(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
 
 
 def sound_ends(data: bytes) -> set[bytes]:
-    """What the damaged bytes still hold of lines whose checksum is right, judged independently of the decoder."""
+    """Find the lines whose checksum is right, independently of the decoder."""
     ends = (line[-45:] for line in data.replace(b"\r\n", b"\n").split(b"\n"))
     return {end for end in ends if re.fullmatch(rb"S[0-9A-F]{44}", end) and crc16(end[:-4]) == int(end[-4:], 16)}
 
@@ -209,7 +209,7 @@ def test_a_device_that_begins_anew_is_a_restart(minutes):
 
 
 def test_clocks_that_disagree_by_some_percent_are_one_run():
-    lines = stream(numbered(2)) + [sample_line(int(5000 * 0.96 * 1000), 1000)]
+    lines = [*stream(numbered(2)), sample_line(int(5000 * 0.96 * 1000), 1000)]
     assert decode(*lines)[0].losses == Losses(missing=998)
 
 
@@ -258,7 +258,7 @@ def build(compiler: str, source: str, folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def board(compiler, tmp_path_factory):
-    """The sketch on a simulated board: case, first stamp in µs and duration in, bytes of the serial port out."""
+    """Run the sketch on a simulated board: case, first stamp in µs and duration in, bytes of the serial port out."""
     program = build(compiler, "board.cpp", tmp_path_factory.mktemp("board"))
 
     def run(case: str, first_micros: int, seconds: float) -> bytes:

@@ -106,7 +106,7 @@ class Guide:
         self._stillness = Stillness()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
-        self._moved = True
+        self._settled: Floats | None = None
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -169,20 +169,20 @@ class Guide:
         direction = window.accel / np.linalg.norm(window.accel)
         if not window.still or self._turned(direction):
             yield from self._move()
+        elif self._settled is None:
+            yield from self._place(direction, window)
         elif self._pose is not None:
             yield from self._hold(window)
-        elif self._moved:
-            yield from self._place(direction, window)
 
     def _turned(self, direction: Floats) -> bool:
         """Whether the sensor creeps, or was turned in a gap of the samples."""
-        return self._pose is not None and _angle(self._pose[1], direction) > _STEADY
+        return self._settled is not None and _angle(self._settled, direction) > _STEADY
 
     def _move(self) -> Iterator[str]:
         if self._pose is not None and self.held > _TOUCHED:
             yield f"Moved too early: {self.held:.1f} s of {self._needed:g} s.  Once more."
         self._let_go()
-        self._moved = True
+        self._settled = None
 
     def _let_go(self) -> None:
         if self.stage is Stage.HOLD:
@@ -191,7 +191,7 @@ class Guide:
 
     def _place(self, direction: Floats, window: Window) -> Iterator[str]:
         """Begin with the pose in which the sensor came to rest, or say why it is of no use."""
-        self._moved = False
+        self._settled = direction
         side, off = min(((side, _angle(axis, direction)) for side, axis in _AXES.items()), key=lambda found: found[1])
         refusal = self._refusal(side, off, direction)
         if refusal:

@@ -21,7 +21,6 @@ from footnav.cli.console import complain
 from footnav.cli.live import Screen, screen
 from footnav.errors import ConfigError, DataError
 from footnav.export.recording import check_suffix
-from footnav.recording import Recording
 
 _FAILED = 1
 """Exit status."""
@@ -216,8 +215,9 @@ def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
     """
     with screen() as shown:
         meter = Meter(source, shown, seconds)
-        recording, status = _gather(source, meter.see)
-    _save(recording, target, source)
+        recorder, status = _gather(source, meter.see)
+    _save(recorder, target, source)
+    print(f"next: footnav track {_as_argument(target, recorder.setup)}")
     return status
 
 
@@ -247,15 +247,15 @@ def capture_poses(source: Source, target: Path, plan: Plan) -> int:
     """
     guide = Guide(plan)
     with screen() as shown:
-        recording, status = _gather(source, Leader(guide, shown).see)
-    _save(recording, target, source)
+        recorder, status = _gather(source, Leader(guide, shown).see)
+    _save(recorder, target, source)
     if guide.stage is not Stage.DONE:
         missing = ", ".join(guide.missing_sides) or "no side"
         complain(
             f"{target} is not complete: {missing} and {plan.tilts - guide.tilts} of {plan.tilts} tilts are missing"
         )
         return _FAILED
-    print(f"next: footnav calibrate accel {target}")
+    print(f"next: footnav calibrate accel {_as_argument(target, recorder.setup)}")
     return status
 
 
@@ -372,7 +372,7 @@ def check_duration(seconds: float | None) -> float:
     return seconds
 
 
-def _gather(source: Source, watch: Watch) -> tuple[Recording, int]:
+def _gather(source: Source, watch: Watch) -> tuple[Recorder, int]:
     """Record until it is complete, Ctrl-C, or a failure after which there is something to keep."""
     recorder = Recorder(source.name)
     status = 0
@@ -388,10 +388,18 @@ def _gather(source: Source, watch: Watch) -> tuple[Recording, int]:
             raise
         complain(error)
         status = _FAILED
-    return recorder.recording(), status
+    return recorder, status
 
 
-def _save(recording: Recording, target: Path, source: Source) -> None:
+def _save(recorder: Recorder, target: Path, source: Source) -> None:
+    recording = recorder.recording()
     recording.save(target)
     length = f"{len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz"
     print(f"{target}: {length}, {source.losses}")
+
+
+def _as_argument(target: Path, setup: Setup | None) -> str:
+    """Name a recording as the other commands take it; a table has no place for the full scales."""
+    if setup is None or target.suffix.lower() != ".csv":
+        return str(target)
+    return f"{target} --accel-range {setup.accel_range_g} --gyro-range {setup.gyro_range_deg_s}"
