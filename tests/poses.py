@@ -56,11 +56,14 @@ def counts(poses: Iterable[Pose], noise: float = 1.0, turn: float = 0.8, seed: i
 
 def _turn(start: np.ndarray, end: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Return what points up and the angular rate while the sensor turns smoothly, both along its own axes."""
-    axis = np.cross(start, end) if np.linalg.norm(start + end) > 1e-3 else np.roll(start, 1)
-    angle = np.arctan2(np.linalg.norm(np.cross(start, end)), start @ end)
-    # Where nothing is to be turned, it is turned all the way round.
-    angle, axis = (angle, axis / np.linalg.norm(axis)) if angle > 1e-3 else (2 * np.pi, np.roll(start, 1))
-    share = np.linspace(0, 1, round(seconds * RATE))[:, np.newaxis]
+    axis = np.cross(start, end)
+    angle = np.arctan2(np.linalg.norm(axis), start @ end)
+    if np.linalg.norm(axis) < 1e-6:
+        # To the opposite side about any level axis; back to the same pose all the way round.
+        axis, angle = np.cross(start, np.eye(3)[np.abs(start).argmin()]), angle or 2 * np.pi
+    axis /= np.linalg.norm(axis)
+    n = round(seconds * RATE)
+    share = (np.arange(n)[:, np.newaxis] + 0.5) / n
     phase = angle * (1 - np.cos(np.pi * share)) / 2
     speed = angle * np.pi / 2 * np.sin(np.pi * share) / seconds
     up = start * np.cos(phase) + np.cross(axis, start) * np.sin(phase) + axis * (axis @ start) * (1 - np.cos(phase))

@@ -89,7 +89,7 @@ def test_an_overflow_is_counted_and_bridged(absence):
 
 def test_an_overflow_while_the_fifo_is_read_is_seen():
     chip = FakeMpu6050()
-    source = source_of(chip, Setup(divider=0))
+    source = source_of(chip, Setup(smplrt_div=0))
     read_seconds(source, chip, 1.0)
     # 73 samples fill the FIFO; the rest of a second's worth comes while they are read.
     chip.sleep(0.0725)

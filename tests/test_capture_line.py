@@ -48,7 +48,7 @@ LINES = stream(numbered(6))
 def test_a_sample_has_what_its_line_says():
     (sample,) = Decoder().feed(header_line() + sample_line(123_456, 7, (1, -2, 3, -4, 5, -6, -32768)))
     assert (sample.run, sample.stamp_us, sample.counts) == (0, 123_456, (1, -2, 3, -4, 5, -6, -32768))
-    assert sample.setup == Setup(accel_range_g=16, gyro_range_deg_s=2000, dlpf=2, divider=4)
+    assert sample.setup == Setup(accel_range_g=16, gyro_range_deg_s=2000, dlpf_cfg=2, smplrt_div=4)
 
 
 @given(st.sampled_from((2, 4, 8, 16)), st.sampled_from((250, 500, 1000, 2000)), st.integers(0, 6), st.integers(0, 255))
@@ -62,8 +62,8 @@ def test_settings_survive_the_registers(accel, gyro, dlpf, divider):
     [
         ({"accel_range_g": 3}, "accel_range is 3 g; an MPU6050 has 2, 4, 8, 16"),
         ({"gyro_range_deg_s": 300}, "gyro_range is 300 deg/s; an MPU6050 has 250, 500, 1000, 2000"),
-        ({"dlpf": 7}, "dlpf is 7; an MPU6050 has 0, 1, 2"),
-        ({"divider": 256}, "divider is 256; expected 0 to 255"),
+        ({"dlpf_cfg": 7}, "dlpf is 7; an MPU6050 has 0, 1, 2"),
+        ({"smplrt_div": 256}, "smplrt_div is 256; expected 0 to 255"),
     ],
 )
 def test_the_chip_has_only_these_settings(settings, message):
@@ -72,8 +72,8 @@ def test_the_chip_has_only_these_settings(settings, message):
 
 
 def test_a_rate_that_the_chip_does_not_have_names_the_nearest():
-    assert Setup.at_rate(125).divider == 7
-    assert Setup.at_rate(1000, dlpf=0).divider == 7
+    assert Setup.at_rate(125).smplrt_div == 7
+    assert Setup.at_rate(1000, dlpf_cfg=0).smplrt_div == 7
     with pytest.raises(ConfigError, match=r"rate_hz is 300; .* the nearest is 333\.333"):
         Setup.at_rate(300)
     with pytest.raises(ConfigError, match="rate_hz is nan; expected a positive number"):

@@ -128,7 +128,7 @@ class Guide:
         """Share of the poses that are done, with that of the one that is being held; 0 to 1."""
         if self.stage is Stage.DONE:
             return 1.0
-        share = self.held / self._needed if self.stage is not Stage.PLACE else 0.0
+        share = self.held / self.needed if self.stage is not Stage.PLACE else 0.0
         return (len(self._poses) + min(share, 1.0)) / (len(SIDES) + self.plan.tilts)
 
     @property
@@ -160,7 +160,8 @@ class Guide:
         return [remark for window in self._stillness.feed(block) for remark in self._step(window)]
 
     @property
-    def _needed(self) -> float:
+    def needed(self) -> float:
+        """How long the sensor has to be still in this pose, s."""
         return self.plan.settle if self.stage is Stage.SETTLE else self.plan.hold
 
     def _step(self, window: Window) -> Iterator[str]:
@@ -180,7 +181,7 @@ class Guide:
 
     def _move(self) -> Iterator[str]:
         if self._pose is not None and self.held > _TOUCHED:
-            yield f"Moved too early: {self.held:.1f} s of {self._needed:g} s.  Once more."
+            yield f"Moved too early: {self.held:.1f} s of {self.needed:g} s.  Once more."
         self._let_go()
         self._settled = None
 
@@ -213,7 +214,7 @@ class Guide:
 
     def _hold(self, window: Window) -> Iterator[str]:
         self.held += window.duration
-        if self._pose is None or self.held < self._needed:
+        if self._pose is None or self.held < self.needed:
             return
         label, direction = self._pose
         self._poses[label] = direction

@@ -39,10 +39,10 @@ class Setup:
         Full scale of the accelerometer, g: 2, 4, 8 or 16.  A heel strikes the ground with up to 10 g.
     gyro_range_deg_s : int
         Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.  A foot turns at up to 1000 deg/s.
-    dlpf : int
+    dlpf_cfg : int
         Setting of the low-pass filter, 0 to 6; 2 passes 94 Hz, which suits 200 samples per second.
-    divider : int
-        The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at `dlpf` 0); 0 to 255.
+    smplrt_div : int
+        The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at `dlpf_cfg` 0); 0 to 255.
 
     Raises
     ------
@@ -52,16 +52,16 @@ class Setup:
 
     accel_range_g: int = 16
     gyro_range_deg_s: int = 2000
-    dlpf: int = 2
-    divider: int = 4
+    dlpf_cfg: int = 2
+    smplrt_div: int = 4
 
     def __post_init__(self) -> None:
         """Refuse what the chip does not have."""
         _check_choice("accel_range", "g", self.accel_range_g, ACCEL_RANGES)
         _check_choice("gyro_range", "deg/s", self.gyro_range_deg_s, GYRO_RANGES)
-        _check_choice("dlpf", "", self.dlpf, tuple(DLPF_CHOICES))
-        if self.divider not in range(256):
-            raise ConfigError(f"divider is {self.divider}; expected 0 to 255")
+        _check_choice("dlpf", "", self.dlpf_cfg, tuple(DLPF_CHOICES))
+        if self.smplrt_div not in range(256):
+            raise ConfigError(f"smplrt_div is {self.smplrt_div}; expected 0 to 255")
 
     @classmethod
     def at_rate(cls, rate_hz: float, **settings: Any) -> "Setup":
@@ -88,7 +88,7 @@ class Setup:
         if not (math.isfinite(rate_hz) and rate_hz > 0):
             raise ConfigError(f"rate_hz is {rate_hz}; expected a positive number")
         divider = min(max(round(setup._undivided_hz / rate_hz) - 1, 0), 255)
-        found = cls(setup.accel_range_g, setup.gyro_range_deg_s, setup.dlpf, divider)
+        found = cls(setup.accel_range_g, setup.gyro_range_deg_s, setup.dlpf_cfg, divider)
         if not math.isclose(found.rate_hz, rate_hz, rel_tol=1e-4):
             raise ConfigError(
                 f"rate_hz is {rate_hz:g}; an MPU6050 divides {setup._undivided_hz:g} Hz by 1 to 256, "
@@ -119,8 +119,8 @@ class Setup:
         return cls(
             accel_range_g=ACCEL_RANGES[accel_config >> 3 & 3],
             gyro_range_deg_s=GYRO_RANGES[gyro_config >> 3 & 3],
-            dlpf=config & 7,
-            divider=divider,
+            dlpf_cfg=config & 7,
+            smplrt_div=divider,
         )
 
     @property
@@ -128,12 +128,12 @@ class Setup:
         """SMPLRT_DIV, CONFIG, GYRO_CONFIG and ACCEL_CONFIG, which lie side by side from address 0x19 on."""
         gyro_config = GYRO_RANGES.index(self.gyro_range_deg_s) << 3
         accel_config = ACCEL_RANGES.index(self.accel_range_g) << 3
-        return bytes((self.divider, self.dlpf, gyro_config, accel_config))
+        return bytes((self.smplrt_div, self.dlpf_cfg, gyro_config, accel_config))
 
     @property
     def rate_hz(self) -> float:
         """Samples per second, Hz, by the chip's own clock."""
-        return self._undivided_hz / (1 + self.divider)
+        return self._undivided_hz / (1 + self.smplrt_div)
 
     @property
     def accel_range(self) -> float:
@@ -147,11 +147,11 @@ class Setup:
 
     @property
     def _undivided_hz(self) -> float:
-        return _RATE if self.dlpf else _RATE_WITHOUT_DLPF
+        return _RATE if self.dlpf_cfg else _RATE_WITHOUT_DLPF
 
     def __str__(self) -> str:
         """Return the settings in one line."""
-        return f"{self.accel_range_g} g, {self.gyro_range_deg_s} deg/s, {self.rate_hz:.6g} Hz, low-pass {self.dlpf}"
+        return f"{self.accel_range_g} g, {self.gyro_range_deg_s} deg/s, {self.rate_hz:.6g} Hz, low-pass {self.dlpf_cfg}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -73,7 +73,7 @@ class Chip:
     def setup(self) -> Setup:
         """Return the settings as the chip's driver takes them."""
         return Setup.at_rate(
-            self.rate_hz, accel_range_g=self.accel_range, gyro_range_deg_s=self.gyro_range, dlpf=self.dlpf
+            self.rate_hz, accel_range_g=self.accel_range, gyro_range_deg_s=self.gyro_range, dlpf_cfg=self.dlpf
         )
 
 
@@ -324,7 +324,7 @@ class Leader:
         for remark in self._guide.feed(block):
             self._shown.say(f"  {remark}")
         self._tell()
-        held = f", held for {self._guide.held:.1f} s" if self._guide.held else ""
+        held = f"  {self._guide.held:.1f} of {self._guide.needed:g} s" if self._guide.held else ""
         self._shown.show(f"{self._guide.progress:4.0%}{held}")
         return self._guide.stage is Stage.DONE
 
