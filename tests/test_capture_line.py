@@ -220,12 +220,12 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
     ("line", "trouble"),
     [
         (fault_line(1), "the sensor does not answer"),
-        (fault_line(2, 0x71), "the chip says that it is 0x71; expected 0x68"),
+        (fault_line(2, 0x71), "WHO_AM_I of the sensor reads 0x71, an MPU9250; expected 0x68"),
         (fault_line(3), "no data-ready signal; check the wire from INT"),
         (fault_line(4), "does not keep its settings"),
         (fault_line(99), "fault 99, which is unknown"),
         (header_line(protocol=2), "version 2 of the protocol; expected 1"),
-        (header_line(chip=0x70), "the chip says that it is 0x70"),
+        (header_line(chip=0x70), "reads 0x70, an MPU6500"),
         (header_line(bytes((4, 7, 0, 0))), "the sketch's settings are wrong: dlpf is 7"),
     ],
 )

@@ -193,7 +193,7 @@ class Guide:
     def _place(self, direction: Floats, window: Window) -> Iterator[str]:
         """Begin with the pose in which the sensor came to rest, or say why it is of no use."""
         self._settled = direction
-        side, off = min(((side, _angle(axis, direction)) for side, axis in _AXES.items()), key=lambda found: found[1])
+        off, side = min((_angle(axis, direction), side) for side, axis in _AXES.items())
         refusal = self._refusal(side, off, direction)
         if refusal:
             yield refusal

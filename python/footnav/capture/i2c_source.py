@@ -3,60 +3,28 @@
 The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the host empties it now and then, and no
 sample depends on when it does.  A FIFO that is full drops its oldest bytes, and what is left no longer begins with a
 sample, so it is thrown away whole, and counted.
-
-References
-----------
-InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, revision 4.2, 2013.
 """
 
 from __future__ import annotations
 
-import contextlib
 import struct
 import time
 from collections.abc import Callable
-from types import TracebackType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footnav.capture.clock import HostedClock
-from footnav.capture.library import require
-from footnav.capture.line import MPU6050_ID
+from footnav.capture.i2c_chip import ADDRESSES, FIFO_BYTES, Bus, Mpu6050
 from footnav.capture.mpu6050 import SAMPLE_REGISTERS, Block, Setup
 from footnav.capture.silence import Silence
-from footnav.capture.source import Losses
+from footnav.capture.source import Closing, Losses
 from footnav.errors import ConfigError, DataError
+from footnav.export.library import require
 from footnav.recording import Floats
 
 if TYPE_CHECKING:
     from typing_extensions import Self
-
-ADDRESSES = (0x68, 0x69)
-"""With the pin AD0 low, as most boards leave it, and high."""
-
-SMPLRT_DIV, FIFO_EN, INT_ENABLE, INT_STATUS = 0x19, 0x23, 0x38, 0x3A
-USER_CTRL, PWR_MGMT_1, FIFO_COUNT, FIFO_R_W, WHO_AM_I = 0x6A, 0x6B, 0x72, 0x74, 0x75
-
-DEVICE_RESET, CLOCK_OF_GYRO = 0x80, 0x01
-"""PWR_MGMT_1: everything as after power-on; awake, on the gyroscope's oscillator, which is steadier than the other."""
-
-ALL_SENSORS = 0xF8
-"""FIFO_EN: thermometer, three gyroscopes, accelerometer."""
-
-FIFO_ON, FIFO_RESET = 0x40, 0x04
-"""USER_CTRL."""
-
-FIFO_OVERFLOW = 0x10
-"""INT_ENABLE and INT_STATUS."""
-
-FIFO_BYTES = 1024
-
-_BURST = 2
-"""Samples that fit into one block of the Linux SMBus interface, 32 bytes."""
-
-_RESET_TIME, _START_TIME = 0.1, 0.05
-"""s; the gyroscope's oscillator takes up to 30 ms to start."""
 
 _POLL = 0.02
 """s between two looks at the FIFO, which holds 73 samples: 0.37 s at 200 Hz."""
@@ -66,46 +34,8 @@ _PATIENCE = 1.0
 
 _RATE_SIGMA = 0.02
 
-_OTHER_CHIPS = {
-    0x19: "an MPU6886",
-    0x12: "an ICM-20602",
-    0x70: "an MPU6500, or a copy of it",
-    0x71: "an MPU9250",
-    0x72: "a copy of the MPU6050",
-    0x73: "an MPU9255",
-    0x98: "a copy of the MPU6050",
-    0x00: "nothing, as with a short circuit to ground",
-    0xFF: "nothing, as with a loose wire",
-}
 
-
-class Bus(Protocol):
-    """What is used of `smbus2.SMBus`."""
-
-    def read_byte_data(self, i2c_addr: int, register: int) -> int:
-        """Read one register."""
-        ...
-
-    def write_byte_data(self, i2c_addr: int, register: int, value: int) -> None:
-        """Write one register."""
-        ...
-
-    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int) -> list[int]:
-        """Read up to 32 bytes from a register on."""
-        ...
-
-    def close(self) -> None:
-        """Release the bus."""
-        ...
-
-
-def check_address(address: int) -> None:
-    """Raise ConfigError for an address that an MPU6050 cannot have."""
-    if address not in ADDRESSES:
-        raise ConfigError(f"address is {address:#04x}; an MPU6050 has 0x68, or 0x69 with AD0 high")
-
-
-class I2cSource:
+class I2cSource(Closing):
     """An MPU6050 on an I2C bus, read through its FIFO; a `footnav.capture.Source`.
 
     Parameters
@@ -143,21 +73,18 @@ class I2cSource:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        check_address(address)
         self.name = name
         self.losses = Losses()
-        self._bus, self._address = bus, address
+        self._bus = bus
         self._setup = setup or Setup()
+        self._chip = Mpu6050(bus, address, name)
+        self._chip.configure(self._setup, sleep)
         self._now, self._sleep = clock, sleep
-        interval = 1 / self._setup.rate_hz
         # A FIFO is looked at anywhere between two samples.
-        self._clock = HostedClock(_RATE_SIGMA, lateness=interval)
-        self._elapsed = self._t = 0.0
-        self._fresh = False
-        self._check_chip()
-        self._configure()
-        self._empty()
+        self._clock = HostedClock(_RATE_SIGMA, lateness=self._interval)
         self._silence = Silence()
+        self._elapsed = self._t = 0.0
+        self._aligned = self._follows = False
 
     @classmethod
     def open(cls, bus: int, setup: Setup | None = None, address: int = ADDRESSES[0]) -> Self:
@@ -184,7 +111,7 @@ class I2cSource:
         DataError
             The bus cannot be opened, no chip answers, or it is another one.
         """
-        smbus2 = require("smbus2", "an I2C bus, which Linux has,", "smbus2")
+        smbus2 = require("smbus2", "smbus2", ConfigError)
         try:
             opened = smbus2.SMBus(bus)
         except OSError as error:
@@ -197,16 +124,6 @@ class I2cSource:
         except BaseException:
             opened.close()
             raise
-
-    def __enter__(self) -> Self:
-        """Return the source."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the bus."""
-        self.close()
 
     def close(self) -> None:
         """Close the bus; the chip goes on sampling."""
@@ -239,43 +156,44 @@ class I2cSource:
 
     def _drain(self) -> tuple[list[tuple[int, ...]], float]:
         """Return the samples in the FIFO, and when the last of them was there."""
-        held = self._fifo_count()
-        host = self._now()
-        data = self._burst(held // SAMPLE_REGISTERS)
+        if not self._aligned:
+            self._begin()
+        held, host = self._chip.fifo_bytes(), self._now()
+        data = self._chip.take(held // SAMPLE_REGISTERS)
         # Asked last, so that an overflow while the FIFO was being read does not go unseen.
-        if self._has_overflowed() or held >= FIFO_BYTES:
+        if self._chip.has_overflowed() or held >= FIFO_BYTES:
             self._count(overflows=1)
             self._check_alive("its FIFO overflows again and again; lower the rate, or raise the clock of the bus")
-            self._empty()
+            self._begin()
             return [], host
         return list(struct.iter_unpack(">7h", data)), host
 
-    def _burst(self, samples: int) -> bytes:
-        data = bytearray()
-        for first in range(0, samples, _BURST):
-            size = min(_BURST, samples - first) * SAMPLE_REGISTERS
-            data += bytes(self._bus.read_i2c_block_data(self._address, FIFO_R_W, size))
-        return bytes(data)
-
-    def _stamps(self, n: int, host: float) -> Floats:
-        interval = 1 / self._setup.rate_hz
-        device: Floats = self._elapsed + interval * np.arange(1.0, n + 1)
-        self._elapsed = float(device[-1])
-        if self._fresh:
-            t = self._clock.restart(device, host, interval)
-            self._count(missing=max(round((t[0] - self._t) / (interval * self._clock.rate)) - 1, 0))
-        else:
-            t = self._clock.stamps(device, host)
-        self._fresh, self._t = False, float(t[-1])
-        return t
+    def _begin(self) -> None:
+        """Let the FIFO begin with a sample, which does not follow on those before."""
+        self._aligned = self._follows = False
+        self._chip.empty_fifo()
+        self._aligned = True
 
     def _skip(self, error: OSError) -> None:
-        """Begin anew after a transfer that failed, which may have left half a sample in the FIFO."""
+        """Go on after a transfer that failed, which may have left half a sample in the FIFO."""
+        self._aligned = False
         self._count(broken=1)
         self._check_alive(f"transfers fail: {error}; check the wires, and make them shorter")
         self._sleep(_POLL)
-        with contextlib.suppress(OSError):
-            self._empty()
+
+    def _stamps(self, n: int, host: float) -> Floats:
+        device: Floats = self._elapsed + self._interval * np.arange(1.0, n + 1)
+        if self._follows or not self._elapsed:
+            t = self._clock.stamps(device, host)
+        else:
+            t = self._clock.restart(device, host, self._interval)
+            self._count(missing=max(round((t[0] - self._t) / (self._interval * self._clock.rate)) - 1, 0))
+        self._elapsed, self._t, self._follows = float(device[-1]), float(t[-1]), True
+        return t
+
+    @property
+    def _interval(self) -> float:
+        return 1 / self._setup.rate_hz
 
     def _count(self, **more: int) -> None:
         self.losses = self.losses.plus(**more)
@@ -284,64 +202,3 @@ class I2cSource:
         silence = self._silence.grow(self._now())
         if silence > _PATIENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")
-
-    def _check_chip(self) -> None:
-        found = self._who_am_i(self._address)
-        if found is None:
-            other = next(address for address in ADDRESSES if address != self._address)
-            cure = (
-                f"one does at {other:#04x}: use that address"
-                if self._who_am_i(other) is not None
-                else "check VCC, GND, SDA and SCL (i2cdetect -y shows what is on a bus)"
-            )
-            raise DataError(f"{self.name}: no chip answers at {self._address:#04x}; {cure}")
-        if found != MPU6050_ID:
-            likely = _OTHER_CHIPS.get(found, "an unknown chip")
-            raise DataError(
-                f"{self.name}: WHO_AM_I at {self._address:#04x} reads {found:#04x}, {likely}; "
-                f"expected {MPU6050_ID:#04x}, an MPU6050, whose registers and scales this reader relies on"
-            )
-
-    def _who_am_i(self, address: int) -> int | None:
-        try:
-            return self._bus.read_byte_data(address, WHO_AM_I)
-        except OSError:
-            return None
-
-    def _configure(self) -> None:
-        try:
-            self._write(PWR_MGMT_1, DEVICE_RESET)
-            self._sleep(_RESET_TIME)
-            self._write(PWR_MGMT_1, CLOCK_OF_GYRO)
-            self._sleep(_START_TIME)
-            for offset, value in enumerate(self._setup.registers):
-                self._write(SMPLRT_DIV + offset, value)
-            self._write(INT_ENABLE, FIFO_OVERFLOW)
-            self._write(FIFO_EN, ALL_SENSORS)
-            kept = bytes(self._bus.read_i2c_block_data(self._address, SMPLRT_DIV, 4))
-        except OSError as error:
-            raise DataError(f"{self.name}: the chip stopped answering while it was set up: {error}") from None
-        if kept != self._setup.registers:
-            raise DataError(
-                f"{self.name}: registers 0x19 to 0x1c read {kept.hex(' ')} after {self._setup.registers.hex(' ')} "
-                "was written; check the supply, and make the wires shorter"
-            )
-
-    def _empty(self) -> None:
-        """Begin to fill an empty FIFO; what comes next does not follow on what came before."""
-        self._fresh = self._elapsed > 0
-        self._write(USER_CTRL, 0)
-        self._write(USER_CTRL, FIFO_RESET)
-        self._write(USER_CTRL, FIFO_ON)
-        self._has_overflowed()
-
-    def _fifo_count(self) -> int:
-        high, low = self._bus.read_i2c_block_data(self._address, FIFO_COUNT, 2)
-        return high << 8 | low
-
-    def _has_overflowed(self) -> bool:
-        """Whether the FIFO was full since this was asked last; the chip forgets as it answers."""
-        return bool(self._bus.read_byte_data(self._address, INT_STATUS) & FIFO_OVERFLOW)
-
-    def _write(self, register: int, value: int) -> None:
-        self._bus.write_byte_data(self._address, register, value)

@@ -10,15 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from footnav.capture.mpu6050 import Setup
+from footnav.capture.mpu6050 import MPU6050_ID, Setup, wrong_chip
 from footnav.capture.source import Losses
 from footnav.errors import ConfigError
 
 PROTOCOL = 1
 """Version of the lines that this decoder understands."""
-
-MPU6050_ID = 0x68
-"""What the register WHO_AM_I of an MPU6050 reads, whichever address it answers at."""
 
 _SAMPLE, _HEADER, _FAULT = b"S", b"H", b"X"
 _FORMS = {_SAMPLE: struct.Struct(">IH7h"), _HEADER: struct.Struct(">BHB4s"), _FAULT: struct.Struct(">BB")}
@@ -37,9 +34,9 @@ _MAX_SILENCE_US = 60_000_000
 _CLOCK_TOLERANCE = 0.1
 """Two cheap clocks, the sensor's and the board's, never differ by this much; a stamp after a restart nearly always."""
 
+_OTHER_CHIP = 2
 _FAULTS = {
     1: "the sensor does not answer; check VCC, GND, SDA and SCL, and ADDRESS in the sketch (0x69 with AD0 high)",
-    2: "the chip says that it is 0x{detail:02X}; expected 0x68, an MPU6050",
     3: "the sensor gives no data-ready signal; check the wire from INT to the board's INTERRUPT_PIN",
     4: "the sensor does not keep its settings; check its supply and its wires",
 }
@@ -134,15 +131,14 @@ class Decoder:
         elif kind == _HEADER:
             self._header(*values)
         else:
-            code, detail = values
-            self.trouble = _FAULTS.get(code, f"the sketch reports fault {code}, which is unknown").format(detail=detail)
+            self.trouble = _explain(*values)
 
     def _header(self, protocol: int, device: int, chip: int, registers: bytes) -> None:
         self.device, self._setup = device, None
         if protocol != PROTOCOL:
             self.trouble = f"the sketch speaks version {protocol} of the protocol; expected {PROTOCOL}: flash it anew"
         elif chip != MPU6050_ID:
-            self.trouble = _FAULTS[2].format(detail=chip)
+            self.trouble = _explain(_OTHER_CHIP, chip)
         else:
             try:
                 self._setup = Setup.from_registers(registers)
@@ -172,6 +168,12 @@ class Decoder:
     def _count(self, **more: int) -> None:
         if any(more.values()):
             self.losses = self.losses.plus(**more)
+
+
+def _explain(fault: int, detail: int) -> str:
+    if fault == _OTHER_CHIP:
+        return f"WHO_AM_I of the sensor reads {wrong_chip(detail)}"
+    return _FAULTS.get(fault, f"the sketch reports fault {fault}, which is unknown")
 
 
 def _agree(steps: int, elapsed_us: int, rate_hz: float) -> bool:

@@ -16,6 +16,21 @@ from footnav.errors import ConfigError
 from footnav.io.mpu6050 import ACCEL_RANGES, FULL_SCALE_COUNTS, GYRO_RANGES
 from footnav.recording import STANDARD_GRAVITY, Floats
 
+MPU6050_ID = 0x68
+"""What the register WHO_AM_I of an MPU6050 reads, whichever address it answers at."""
+
+_OTHER_CHIPS = {
+    0x00: "nothing, as with a short circuit to ground",
+    0x12: "an ICM-20602",
+    0x19: "an MPU6886",
+    0x70: "an MPU6500, or a copy of it",
+    0x71: "an MPU9250",
+    0x72: "a copy of the MPU6050",
+    0x73: "an MPU9255",
+    0x98: "a copy of the MPU6050",
+    0xFF: "nothing, as with a loose wire",
+}
+
 SAMPLE_REGISTERS = 14
 """Bytes of a sample, in the order of the registers: accelerometer, thermometer, gyroscope, each high byte first."""
 
@@ -208,6 +223,12 @@ class Block:
     def __len__(self) -> int:
         """Return the number of samples."""
         return len(self.t)
+
+
+def wrong_chip(chip: int) -> str:
+    """Say what a chip is that WHO_AM_I shows not to be an MPU6050, as the end of a message."""
+    likely = _OTHER_CHIPS.get(chip, "an unknown chip")
+    return f"{chip:#04x}, {likely}; expected {MPU6050_ID:#04x}, an MPU6050, on whose registers and scales this relies"
 
 
 def _check_choice(label: str, unit: str, value: int, known: tuple[int, ...]) -> None:

@@ -7,18 +7,17 @@ import itertools
 import os
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from footnav.capture.clock import HostedClock
-from footnav.capture.library import require
 from footnav.capture.line import Decoder, Sample
 from footnav.capture.mpu6050 import Block
 from footnav.capture.silence import Silence
-from footnav.capture.source import Losses
-from footnav.errors import DataError
+from footnav.capture.source import Closing, Losses
+from footnav.errors import ConfigError, DataError
+from footnav.export.library import require
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -53,7 +52,7 @@ class Port(Protocol):
         ...
 
 
-class SerialSource:
+class SerialSource(Closing):
     """A board with the sketch `mpu6050_stream` on a serial port; a `footnav.capture.Source`.
 
     Parameters
@@ -101,23 +100,13 @@ class SerialSource:
         DataError
             The port cannot be opened; the message names those that exist.
         """
-        serial = require("serial", "a serial port", "pyserial")
+        serial = require("serial", "pyserial", ConfigError)
         try:
             opened = serial.Serial(port, baud, timeout=POLL)
             opened.reset_input_buffer()
         except (OSError, ValueError) as error:
             raise DataError(f"{port} cannot be opened: {_reason(error)}; {_ports_text()}") from None
         return cls(opened, port)
-
-    def __enter__(self) -> Self:
-        """Return the source."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the port."""
-        self.close()
 
     def close(self) -> None:
         """Close the port."""

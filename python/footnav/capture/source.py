@@ -1,11 +1,18 @@
 """Where live samples come from, and what was lost on the way."""
 
+from __future__ import annotations
+
 import dataclasses
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from types import TracebackType
+from typing import TYPE_CHECKING, Protocol
 
 from footnav.capture.mpu6050 import Block
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +41,7 @@ class Losses:
     restarts: int = 0
     overflows: int = 0
 
-    def plus(self, **more: int) -> "Losses":
+    def plus(self, **more: int) -> Losses:
         """Return these counters, each with what is `more`."""
         return dataclasses.replace(self, **{label: getattr(self, label) + count for label, count in more.items()})
 
@@ -72,6 +79,24 @@ class Source(Protocol):
             The sensor cannot be read, or has been silent for too long.
         """
         ...
+
+
+class Closing(ABC):
+    """Closes itself at the end of a `with` statement."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the hardware."""
+
+    def __enter__(self) -> Self:
+        """Return the source."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the source."""
+        self.close()
 
 
 def stream(source: Source) -> Iterator[Block]:

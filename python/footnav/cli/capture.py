@@ -11,7 +11,8 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from footnav.capture.guide import Guide, Plan, Stage
-from footnav.capture.i2c_source import ADDRESSES, I2cSource, check_address
+from footnav.capture.i2c_chip import ADDRESSES, check_address
+from footnav.capture.i2c_source import I2cSource
 from footnav.capture.mpu6050 import Block, Setup
 from footnav.capture.recorder import Recorder
 from footnav.capture.serial_source import BAUD, SerialSource
