@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import footnav
-from footnav.capture import Block, Losses, Plan
+from footnav.capture import Block, Guide, Losses, Plan
 from footnav.cli import main
-from footnav.cli.capture import Meter, capture, capture_poses, check_duration, check_target
+from footnav.cli.capture import Leader, Meter, capture, capture_poses, check_duration, check_target
 from footnav.errors import ConfigError, DataError
 from poses import blocks, counts, tilts
 from stream_lines import AT_REST, Counts, stream
@@ -182,3 +182,23 @@ def test_a_recording_without_a_name_is_called_after_the_time():
     assert check_duration(None) == float("inf")
     with pytest.raises(ConfigError, match="--seconds is nan"):
         check_duration(float("nan"))
+
+
+def test_the_screen_tells_which_side_is_up_and_how_long_it_still_takes():
+    shown: list[str] = []
+
+    class Screen:
+        show = staticmethod(shown.append)
+        say = staticmethod(shown.append)
+
+    leader = Leader(Guide(QUICK), Screen())
+    for block in blocks(counts([("+z", 1.5)])):
+        leader.see(block)
+    assert shown[0].startswith("Lay the sensor on a firm table")
+    assert shown[-1].startswith(" 10%  +z up now, held for 1.4 of 2 s")
+
+
+def test_help_names_the_commands(capsys):
+    assert main(["capture", "--help"]) == 0
+    page = capsys.readouterr().out
+    assert all(f" {command} " in page for command in ("serial", "i2c", "poses"))

@@ -51,6 +51,7 @@ def test_what_to_do_is_said_in_every_stage():
     assert guide.instruction == "Turn it until +x points up (to come: +x, -x, +y, -y, -z)."
     guide, _ = lead([("+z", 6.0), ("-y", 1.5)])
     assert guide.stage is Stage.HOLD
+    assert guide.up == "-y"
     assert guide.instruction == "Leave it alone: -y up."
     guide, _ = lead([("+z", 6.0), *[(side, 3.0) for side in SIX[1:]]])
     assert guide.instruction == "Lean it at an angle that it did not have before: tilt 1 of 3."
@@ -131,6 +132,12 @@ def test_a_creeping_sensor_is_not_at_rest():
     assert remarks[0] == "Done: +z up."
     assert any(remark.startswith("Moved too early") for remark in remarks)
     assert guide.sides == ("+z",)
+
+
+def test_a_sensor_that_reads_nothing_has_no_side_up():
+    guide = Guide(QUICK)
+    remarks = [remark for block in blocks(np.zeros((400, 7), dtype=int)) for remark in guide.feed(block)]
+    assert [remark.startswith("No side is up") for remark in remarks] == [True]
 
 
 def test_samples_that_are_missing_are_not_rest():

@@ -94,15 +94,19 @@ class Guide:
         What the guide waits for.
     held : float
         How long the sensor has been still in this pose, s.
+    up : str
+        Side that points up now, or nearly so; "" before the first samples.
     """
 
     stage: Stage
     held: float
+    up: str
 
     def __init__(self, plan: Plan | None = None) -> None:
         self.plan = plan or Plan()
         self.stage = Stage.SETTLE
         self.held = 0.0
+        self.up = ""
         self._stillness = Stillness()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
@@ -167,7 +171,9 @@ class Guide:
     def _step(self, window: Window) -> Iterator[str]:
         if self.stage is Stage.DONE:
             return
-        direction = window.accel / np.linalg.norm(window.accel)
+        # A sensor that reads nothing at all has no side up, and the recorder refuses it.
+        direction = window.accel / (np.linalg.norm(window.accel) or 1.0)
+        self.up = _nearest_side(direction)[1]
         if not window.still or self._turned(direction):
             yield from self._move()
         elif self._settled is None:
@@ -193,7 +199,7 @@ class Guide:
     def _place(self, direction: Floats, window: Window) -> Iterator[str]:
         """Begin with the pose in which the sensor came to rest, or say why it is of no use."""
         self._settled = direction
-        off, side = min((_angle(axis, direction), side) for side, axis in _AXES.items())
+        off, side = _nearest_side(direction)
         refusal = self._refusal(side, off, direction)
         if refusal:
             yield refusal
@@ -227,6 +233,11 @@ class Guide:
 
 def _describe(label: str) -> str:
     return f"{label} up" if label in SIDES else label
+
+
+def _nearest_side(direction: Floats) -> tuple[float, str]:
+    """Return the side that is most nearly up, after how many degrees it is off."""
+    return min((_angle(axis, direction), side) for side, axis in _AXES.items())
 
 
 def _angle(a: Floats, b: Floats) -> float:

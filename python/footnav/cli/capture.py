@@ -325,9 +325,10 @@ class Leader:
         for remark in self._guide.feed(block):
             self._shown.say(f"  {remark}")
         self._tell()
-        held = f"  {self._guide.held:.1f} of {self._guide.needed:g} s" if self._guide.held else ""
-        self._shown.show(f"{self._guide.progress:4.0%}{held}")
-        return self._guide.stage is Stage.DONE
+        guide = self._guide
+        held = f", held for {guide.held:.1f} of {guide.needed:g} s" if guide.held else ""
+        self._shown.show(f"{guide.progress:4.0%}  {guide.up or '..'} up now{held}")
+        return guide.stage is Stage.DONE
 
     def _tell(self) -> None:
         if self._guide.instruction != self._told:
