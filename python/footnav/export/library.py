@@ -6,7 +6,7 @@ from typing import Any
 from footnav.errors import FootnavError
 
 
-def require(module: str, install: str) -> Any:
+def require(module: str, install: str, error: type[FootnavError] = FootnavError) -> Any:
     """Import a library.
 
     Parameters
@@ -15,6 +15,8 @@ def require(module: str, install: str) -> Any:
         Module to import.
     install : str
         What pip has to install when it is missing.
+    error : type
+        What to raise when it is missing.
 
     Returns
     -------
@@ -28,5 +30,5 @@ def require(module: str, install: str) -> Any:
     """
     try:
         return import_module(module)
-    except ImportError as error:
-        raise FootnavError(f"{module.partition('.')[0]} is missing: pip install {install}") from error
+    except ImportError as cause:
+        raise error(f"{module.partition('.')[0]} is missing: pip install {install}") from cause

@@ -1,0 +1,34 @@
+"""Live capture from an MPU6050, behind an Arduino on a serial port or on an I2C bus.
+
+Examples
+--------
+>>> from footnav.capture import SerialSource, record
+>>> with SerialSource.open("/dev/ttyUSB0") as source:  # doctest: +SKIP
+...     recording = record(source, seconds=60)
+"""
+
+from footnav.capture.guide import Guide, Plan, Stage
+from footnav.capture.i2c_source import I2cSource
+from footnav.capture.line import Decoder, Sample
+from footnav.capture.mpu6050 import Block, Setup
+from footnav.capture.recorder import Recorder, follow, record
+from footnav.capture.serial_source import SerialSource
+from footnav.capture.source import Losses, Source, stream
+
+__all__ = [
+    "Block",
+    "Decoder",
+    "Guide",
+    "I2cSource",
+    "Losses",
+    "Plan",
+    "Recorder",
+    "Sample",
+    "SerialSource",
+    "Setup",
+    "Source",
+    "Stage",
+    "follow",
+    "record",
+    "stream",
+]

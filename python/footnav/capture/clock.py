@@ -1,0 +1,120 @@
+"""The clock of a cheap sensor or board, disciplined by that of the host.
+
+The resonator of an Arduino is off by up to half a percent and the oscillator of an MPU6050 by more; a strapdown squares
+that into the distance.  The host's clock is good to some parts in a million, but what comes over USB or I2C is seen
+milliseconds late, and not evenly so.  The rate of one against the other is therefore estimated over the whole capture,
+by the two-state Kalman filter of clocks: the state is the host's time at the newest sample and the rate, the rate
+walks at random, and the noise of a reading is how late it may be.
+
+Only the rate enters the stamps, never the phase: an early reading or a late one must not stretch the interval
+between two samples, which is all that navigation sees of time.
+
+References
+----------
+L. Galleani, P. Tavella, "Time and the Kalman filter", IEEE Control Systems Magazine 30(2), 2010: the two-state model
+and its process noise, without the white noise of frequency.
+"""
+
+from footnav.recording import Floats
+
+_RATE_WALK = 1e-5
+"""Random walk of the rate, 1/sqrt(s): a warming oscillator moves by some parts in ten thousand in minutes."""
+
+_GATE = 25.0
+"""Squared sigmas beyond which a reading is not believed: the host was busy, or bytes had piled up in a buffer."""
+
+
+class HostedClock:
+    """Turns stamps of a device into time since the capture began.
+
+    Parameters
+    ----------
+    rate_sigma : float
+        How far the device's clock may be from its nominal rate, as a ratio (one sigma).
+    lateness : float
+        How unevenly late the host learns of a sample, s (one sigma).
+
+    Attributes
+    ----------
+    rate : float
+        Seconds of the host in a second of the device, as far as it is known.
+    """
+
+    rate: float
+
+    def __init__(self, rate_sigma: float, lateness: float) -> None:
+        self.rate = 1.0
+        self._rate_variance = rate_sigma**2
+        self._noise = lateness**2
+        self._phase = self._phase_variance = self._covariance = 0.0
+        self._device = self._t = 0.0
+        self._running = False
+
+    def stamps(self, device: Floats, host: float) -> Floats:
+        """Continue with samples of the same run of the device.
+
+        Parameters
+        ----------
+        device : ndarray of shape (n,)
+            Stamps of the device, s, never going back; at least one.
+        host : float
+            Time of the host, s, when it learnt of the last of them.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Time since the capture began, s.
+        """
+        if not self._running:
+            return self._begin(device, host, t=0.0)
+        self._predict(float(device[-1]) - self._device)
+        self._update(host)
+        return self._advance(device, self._t + (float(device[0]) - self._device) * self.rate)
+
+    def restart(self, device: Floats, host: float, interval: float) -> Floats:
+        """Continue with samples whose stamps have nothing to do with those before; the host tells the time between.
+
+        Parameters
+        ----------
+        device : ndarray of shape (n,)
+            Stamps of the device, s, never going back; at least one.
+        host : float
+            Time of the host, s, when it learnt of the last of them.
+        interval : float
+            Time between two samples, s, the least by which the first one comes after the last one before.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Time since the capture began, s.
+        """
+        first = host - float(device[-1] - device[0]) * self.rate
+        return self._begin(device, host, self._t + max(first - self._phase, interval))
+
+    def _begin(self, device: Floats, host: float, t: float) -> Floats:
+        self._running = True
+        self._phase, self._phase_variance, self._covariance = host, self._noise, 0.0
+        return self._advance(device, t)
+
+    def _advance(self, device: Floats, t: float) -> Floats:
+        stamps: Floats = t + (device - device[0]) * self.rate
+        self._device, self._t = float(device[-1]), float(stamps[-1])
+        return stamps
+
+    def _predict(self, elapsed: float) -> None:
+        walk = _RATE_WALK**2 * elapsed
+        self._phase += self.rate * elapsed
+        self._phase_variance += elapsed * (2 * self._covariance + elapsed * (self._rate_variance + walk / 3))
+        self._covariance += elapsed * (self._rate_variance + walk / 2)
+        self._rate_variance += walk
+
+    def _update(self, host: float) -> None:
+        innovation, variance = host - self._phase, self._phase_variance + self._noise
+        if innovation**2 > _GATE * variance:
+            return
+        phase_gain, rate_gain = self._phase_variance / variance, self._covariance / variance
+        self._phase += phase_gain * innovation
+        self.rate += rate_gain * innovation
+        self._rate_variance -= rate_gain * self._covariance
+        self._covariance *= 1 - phase_gain
+        self._phase_variance *= 1 - phase_gain

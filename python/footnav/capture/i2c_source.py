@@ -1,0 +1,204 @@
+"""An MPU6050 on the I2C bus of a Raspberry Pi or another Linux machine.
+
+The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the host empties it now and then, and no
+sample depends on when it does.  A FIFO that is full drops its oldest bytes, and what is left no longer begins with a
+sample, so it is thrown away whole, and counted.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from footnav.capture.clock import HostedClock
+from footnav.capture.i2c_chip import ADDRESSES, FIFO_BYTES, Bus, Mpu6050
+from footnav.capture.mpu6050 import SAMPLE_REGISTERS, Block, Setup
+from footnav.capture.silence import Silence
+from footnav.capture.source import Closing, Losses
+from footnav.errors import ConfigError, DataError
+from footnav.export.library import require
+from footnav.recording import Floats
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+_POLL = 0.02
+"""s between two looks at the FIFO, which holds 73 samples: 0.37 s at 200 Hz."""
+
+_PATIENCE = 1.0
+"""Longest silence, s."""
+
+_RATE_SIGMA = 0.02
+
+
+class I2cSource(Closing):
+    """An MPU6050 on an I2C bus, read through its FIFO; a `footnav.capture.Source`.
+
+    Parameters
+    ----------
+    bus : Bus
+        An open bus; `I2cSource.open` opens one.
+    setup : Setup, optional
+        How to set the chip.
+    address : int
+        0x68, or 0x69 with the pin AD0 high.
+    name : str
+        What messages call the bus.
+    clock : callable
+        The host's time, s; monotonic.
+    sleep : callable
+        Waits for a time in s.
+
+    Raises
+    ------
+    ConfigError
+        The address is none that the chip can have.
+    DataError
+        No chip answers, it is another one, or it does not keep its settings.
+    """
+
+    name: str
+    losses: Losses
+
+    def __init__(
+        self,
+        bus: Bus,
+        setup: Setup | None = None,
+        address: int = ADDRESSES[0],
+        name: str = "I2C bus",
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.name = name
+        self.losses = Losses()
+        self._bus = bus
+        self._setup = setup or Setup()
+        self._chip = Mpu6050(bus, address, name)
+        self._chip.configure(self._setup, sleep)
+        self._now, self._sleep = clock, sleep
+        # A FIFO is looked at anywhere between two samples.
+        self._clock = HostedClock(_RATE_SIGMA, lateness=self._interval)
+        self._silence = Silence()
+        self._elapsed = self._t = 0.0
+        self._aligned = self._follows = False
+
+    @classmethod
+    def open(cls, bus: int, setup: Setup | None = None, address: int = ADDRESSES[0]) -> Self:
+        """Open a bus and set the chip up.
+
+        Parameters
+        ----------
+        bus : int
+            Its number: 1 on a Raspberry Pi, for /dev/i2c-1.
+        setup : Setup, optional
+            How to set the chip.
+        address : int
+            0x68, or 0x69 with the pin AD0 high.
+
+        Returns
+        -------
+        I2cSource
+            To be closed after use, or used in a `with` statement.
+
+        Raises
+        ------
+        ConfigError
+            smbus2 is missing, or a setting is none that the chip has.
+        DataError
+            The bus cannot be opened, no chip answers, or it is another one.
+        """
+        smbus2 = require("smbus2", "smbus2", ConfigError)
+        try:
+            opened = smbus2.SMBus(bus)
+        except OSError as error:
+            raise DataError(
+                f"/dev/i2c-{bus} cannot be opened: {error.strerror}; switch I2C on (raspi-config, interface options), "
+                "and join the group i2c"
+            ) from None
+        try:
+            return cls(opened, setup, address, name=f"/dev/i2c-{bus}")
+        except BaseException:
+            opened.close()
+            raise
+
+    def close(self) -> None:
+        """Close the bus; the chip goes on sampling."""
+        self._bus.close()
+
+    def read(self) -> list[Block]:
+        """Return what the FIFO holds, or nothing for a look that found none; looks `_POLL` apart.
+
+        Returns
+        -------
+        list of Block
+            One block or none.
+
+        Raises
+        ------
+        DataError
+            The chip has not answered, or has given no samples, for a second.
+        """
+        try:
+            counts, host = self._drain()
+        except OSError as error:
+            self._skip(error)
+            return []
+        if not counts:
+            self._check_alive("the chip answers, but takes no samples; did its supply fail for a moment?")
+            self._sleep(_POLL)
+            return []
+        self._silence.end()
+        return [Block.from_counts(self._stamps(len(counts), host), counts, self._setup)]
+
+    def _drain(self) -> tuple[list[tuple[int, ...]], float]:
+        """Return the samples in the FIFO, and when the last of them was there."""
+        if not self._aligned:
+            self._begin()
+        held, host = self._chip.fifo_bytes(), self._now()
+        data = self._chip.take(held // SAMPLE_REGISTERS)
+        # Asked last, so that an overflow while the FIFO was being read does not go unseen.
+        if self._chip.has_overflowed() or held >= FIFO_BYTES:
+            self._count(overflows=1)
+            self._check_alive("its FIFO overflows again and again; lower the rate, or raise the clock of the bus")
+            self._begin()
+            return [], host
+        return list(struct.iter_unpack(">7h", data)), host
+
+    def _begin(self) -> None:
+        """Let the FIFO begin with a sample, which does not follow on those before."""
+        self._aligned = self._follows = False
+        self._chip.empty_fifo()
+        self._aligned = True
+
+    def _skip(self, error: OSError) -> None:
+        """Go on after a transfer that failed, which may have left half a sample in the FIFO."""
+        self._aligned = False
+        self._count(broken=1)
+        self._check_alive(f"transfers fail: {error}; check the wires, and make them shorter")
+        self._sleep(_POLL)
+
+    def _stamps(self, n: int, host: float) -> Floats:
+        device: Floats = self._elapsed + self._interval * np.arange(1.0, n + 1)
+        if self._follows or not self._elapsed:
+            t = self._clock.stamps(device, host)
+        else:
+            t = self._clock.restart(device, host, self._interval)
+            self._count(missing=max(round((t[0] - self._t) / (self._interval * self._clock.rate)) - 1, 0))
+        self._elapsed, self._t, self._follows = float(device[-1]), float(t[-1]), True
+        return t
+
+    @property
+    def _interval(self) -> float:
+        return 1 / self._setup.rate_hz
+
+    def _count(self, **more: int) -> None:
+        self.losses = self.losses.plus(**more)
+
+    def _check_alive(self, reason: str) -> None:
+        silence = self._silence.grow(self._now())
+        if silence > _PATIENCE:
+            raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")

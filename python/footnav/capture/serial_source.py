@@ -1,0 +1,199 @@
+"""An MPU6050 at an Arduino, on a serial port."""
+
+from __future__ import annotations
+
+import errno
+import itertools
+import os
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from footnav.capture.clock import HostedClock
+from footnav.capture.line import Decoder, Sample
+from footnav.capture.mpu6050 import Block
+from footnav.capture.silence import Silence
+from footnav.capture.source import Closing, Losses
+from footnav.errors import ConfigError, DataError
+from footnav.export.library import require
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+BAUD = 250_000
+"""Bits per second, as in the sketch."""
+
+POLL = 0.05
+"""Longest wait for bytes, s."""
+
+PATIENCE = 5.0
+"""Longest silence, s; an Arduino that is reset as its port is opened takes up to 2 s."""
+
+_RATE_SIGMA, _LATENESS = 0.005, 0.005
+"""The ceramic resonator of an Uno; the 1 to 16 ms in which USB bridges deliver."""
+
+
+class Port(Protocol):
+    """What is used of `serial.Serial`."""
+
+    @property
+    def in_waiting(self) -> int:
+        """Number of bytes that can be read without waiting."""
+        ...
+
+    def read(self, size: int = 1) -> bytes:
+        """Wait for `size` bytes, up to the time-out of the port, and return what came."""
+        ...
+
+    def close(self) -> None:
+        """Release the port."""
+        ...
+
+
+class SerialSource(Closing):
+    """A board with the sketch `mpu6050_stream` on a serial port; a `footnav.capture.Source`.
+
+    Parameters
+    ----------
+    port : Port
+        An open port with a time-out; `SerialSource.open` opens one.
+    name : str
+        What messages call it.
+    clock : callable
+        The host's time, s; monotonic.
+    """
+
+    name: str
+
+    def __init__(self, port: Port, name: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self.name = name
+        self._port = port
+        self._now = clock
+        self._decoder = Decoder()
+        self._clock = HostedClock(_RATE_SIGMA, _LATENESS)
+        self._run: int | None = None
+        self._received = 0
+        self._silence = Silence()
+
+    @classmethod
+    def open(cls, port: str, baud: int = BAUD) -> Self:
+        """Open a port.
+
+        Parameters
+        ----------
+        port : str
+            Its name, such as "/dev/ttyUSB0", "/dev/ttyACM0" or "COM3".
+        baud : int
+            Bits per second, as in the sketch.
+
+        Returns
+        -------
+        SerialSource
+            To be closed after use, or used in a `with` statement.
+
+        Raises
+        ------
+        ConfigError
+            pyserial is missing.
+        DataError
+            The port cannot be opened; the message names those that exist.
+        """
+        serial = require("serial", "pyserial", ConfigError)
+        try:
+            opened = serial.Serial(port, baud, timeout=POLL)
+            opened.reset_input_buffer()
+        except (OSError, ValueError) as error:
+            raise DataError(f"{port} cannot be opened: {_reason(error)}; {_ports_text()}") from None
+        return cls(opened, port)
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    @property
+    def losses(self) -> Losses:
+        """What was lost since the capture began."""
+        return self._decoder.losses
+
+    @property
+    def device(self) -> int | None:
+        """Number that the sketch gives to its sensor; None before its first header."""
+        return self._decoder.device
+
+    def read(self) -> list[Block]:
+        """Return the samples that have come, after `POLL` at the latest; more than one block after a restart.
+
+        Returns
+        -------
+        list of Block
+            Possibly none.
+
+        Raises
+        ------
+        DataError
+            The port vanished, the board reports a fault, or no sample came for `PATIENCE`.
+        """
+        data = self._receive()
+        host = self._now()
+        samples = self._decoder.feed(data)
+        self._received += len(data)
+        if samples:
+            self._silence.end()
+        else:
+            self._check_alive(host)
+        alike = itertools.groupby(samples, lambda sample: (sample.run, sample.setup))
+        return [self._block(list(group), host) for _, group in alike]
+
+    def _receive(self) -> bytes:
+        try:
+            # One byte is waited for, and what came with it taken along.
+            return self._port.read(1) + self._port.read(self._port.in_waiting)
+        except OSError as error:
+            raise DataError(f"{self.name} is gone: {_reason(error)}; was the plug pulled?") from None
+
+    def _block(self, samples: list[Sample], host: float) -> Block:
+        run, setup = samples[0].run, samples[0].setup
+        device = np.array([sample.stamp_us for sample in samples]) * 1e-6
+        if self._run in (None, run):
+            t = self._clock.stamps(device, host)
+        else:
+            t = self._clock.restart(device, host, 1 / setup.rate_hz)
+        self._run = run
+        return Block.from_counts(t, [sample.counts for sample in samples], setup)
+
+    def _check_alive(self, host: float) -> None:
+        trouble, silence = self._decoder.trouble, self._silence.grow(host)
+        if trouble and self._run is None:
+            raise DataError(f"{self.name}: {trouble}")
+        if silence > PATIENCE:
+            raise DataError(f"{self.name}: no sample for {silence:.0f} s; {trouble or self._guess()}")
+
+    def _guess(self) -> str:
+        """Say what is probably wrong when no samples come."""
+        if not self._received:
+            return "nothing arrives at all: is this the board's port, and the sketch mpu6050_stream on it?"
+        if self._run is None and not self.losses.unscaled:
+            return f"{self._received} bytes arrived, but no line of the sketch: do the baud rates agree?"
+        if self._run is None:
+            return "samples arrive, but never the header with their full scale: do the versions of the sketch agree?"
+        return "the board stopped sending: look at its supply and its cable"
+
+
+def _reason(error: Exception) -> str:
+    """Say why; pyserial wraps the error of the system in words of its own."""
+    number = getattr(error, "errno", None)
+    text = os.strerror(number) if number else str(error)
+    return f"{text} (on Linux, join the group dialout)" if number == errno.EACCES else text
+
+
+def _ports_text() -> str:
+    from serial.tools.list_ports import comports
+
+    ports = ", ".join(port.device for port in comports())
+    return (
+        f"the ports of this machine are {ports}"
+        if ports
+        else "this machine has no serial port: is the board plugged in?"
+    )

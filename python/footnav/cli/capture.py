@@ -1,0 +1,407 @@
+"""`footnav capture`: record from a live MPU6050, freely or through the poses of a calibration."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from footnav.capture.guide import Guide, Plan, Stage
+from footnav.capture.i2c_chip import ADDRESSES, check_address
+from footnav.capture.i2c_source import I2cSource
+from footnav.capture.mpu6050 import Block, Setup
+from footnav.capture.recorder import Recorder
+from footnav.capture.serial_source import BAUD, SerialSource
+from footnav.capture.source import Source, stream
+from footnav.capture.stillness import Stillness
+from footnav.cli.console import complain
+from footnav.cli.live import Screen, screen
+from footnav.errors import ConfigError, DataError
+from footnav.export.recording import check_suffix
+
+_FAILED = 1
+"""Exit status."""
+
+_WORTH_KEEPING = 2.0
+"""s of samples; a capture that fails earlier leaves no file."""
+
+_RATE_WINDOW = 2.0
+"""s over which the line on the screen takes the rate."""
+
+Watch = Callable[[Block], bool]
+"""Sees every block, and tells whether the capture is complete."""
+
+
+@Parameter(name="*", group="Settings of the chip")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chip:
+    """How to set an MPU6050 on an I2C bus.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Samples per second: 1000 over a whole number.
+    accel_range : int
+        Full scale of the accelerometer in g: 2, 4, 8 or 16.
+    gyro_range : int
+        Full scale of the gyroscope in deg/s: 250, 500, 1000 or 2000.
+    dlpf : int
+        Low-pass filter, 0 (256 Hz) to 6 (5 Hz); 2 passes 94 Hz.
+    address : int
+        0x68, or 0x69 with the pin AD0 high.
+
+    Raises
+    ------
+    ConfigError
+        A value is none that the chip has.
+    """
+
+    rate_hz: float = 200.0
+    accel_range: int = 16
+    gyro_range: int = 2000
+    dlpf: int = 2
+    address: Annotated[int, Parameter(show_default=hex)] = ADDRESSES[0]
+
+    def __post_init__(self) -> None:
+        """Refuse what the chip does not have, before any bus is opened."""
+        check_address(self.address)
+        self.setup()
+
+    def setup(self) -> Setup:
+        """Return the settings as the chip's driver takes them."""
+        return Setup.at_rate(
+            self.rate_hz, accel_range_g=self.accel_range, gyro_range_deg_s=self.gyro_range, dlpf_cfg=self.dlpf
+        )
+
+
+AS_USUAL = Chip()
+"""What suits a foot."""
+
+ThroughPoses = Annotated[Plan, Parameter(name="*", group="Poses")]
+ALL_POSES = Plan()
+"""Enough for scale, misalignment and bias."""
+
+app = App(name="capture", help="Record from a live MPU6050, at an Arduino or on an I2C bus.")
+poses_app = App(name="poses", help="Record a calibration: be told the next pose, and when it is done.")
+app.command(poses_app)
+
+
+@app.command(name="serial", usage="Usage: footnav capture serial PORT [OPTIONS]")
+def capture_serial(port: str, /, *, baud: int = BAUD, seconds: float | None = None, out: Path | None = None) -> int:
+    """Record from an Arduino with the sketch mpu6050_stream; Ctrl-C ends it and keeps what came.
+
+    Parameters
+    ----------
+    port : str
+        Such as /dev/ttyUSB0, /dev/ttyACM0 or COM3.
+    baud : int
+        Bits per second, as in the sketch.
+    seconds : float, optional
+        How long; until Ctrl-C unless given.
+    out : Path, optional
+        The recording, .csv or .npz, which must not exist; named after the time unless given.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    duration, target = check_duration(seconds), check_target(out, "capture")
+    with SerialSource.open(port, baud) as source:
+        return capture(source, target, duration)
+
+
+@app.command(name="i2c", usage="Usage: footnav capture i2c BUS [OPTIONS]")
+def capture_i2c(bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = AS_USUAL) -> int:
+    """Record from an MPU6050 on an I2C bus; Ctrl-C ends it and keeps what came.
+
+    Parameters
+    ----------
+    bus : int
+        Number of the bus; 1 on a Raspberry Pi.
+    seconds : float, optional
+        How long; until Ctrl-C unless given.
+    out : Path, optional
+        The recording, .csv or .npz, which must not exist; named after the time unless given.
+    chip : Chip
+        How to set the chip.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    duration, target = check_duration(seconds), check_target(out, "capture")
+    with I2cSource.open(bus, chip.setup(), chip.address) as source:
+        return capture(source, target, duration)
+
+
+@poses_app.command(name="serial", usage="Usage: footnav capture poses serial PORT [OPTIONS]")
+def poses_serial(port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: ThroughPoses = ALL_POSES) -> int:
+    """Record the poses of a calibration from an Arduino with the sketch mpu6050_stream.
+
+    Parameters
+    ----------
+    port : str
+        Such as /dev/ttyUSB0, /dev/ttyACM0 or COM3.
+    baud : int
+        Bits per second, as in the sketch.
+    out : Path, optional
+        The recording, .csv or .npz, which must not exist; named after the time unless given.
+    plan : Plan
+        Which poses, and how long.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    target = check_target(out, "poses")
+    with SerialSource.open(port, baud) as source:
+        return capture_poses(source, target, plan)
+
+
+@poses_app.command(name="i2c", usage="Usage: footnav capture poses i2c BUS [OPTIONS]")
+def poses_i2c(bus: int, /, *, out: Path | None = None, plan: ThroughPoses = ALL_POSES, chip: Chip = AS_USUAL) -> int:
+    """Record the poses of a calibration from an MPU6050 on an I2C bus.
+
+    Parameters
+    ----------
+    bus : int
+        Number of the bus; 1 on a Raspberry Pi.
+    out : Path, optional
+        The recording, .csv or .npz, which must not exist; named after the time unless given.
+    plan : Plan
+        Which poses, and how long.
+    chip : Chip
+        How to set the chip.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    target = check_target(out, "poses")
+    with I2cSource.open(bus, chip.setup(), chip.address) as source:
+        return capture_poses(source, target, plan)
+
+
+def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
+    """Record freely.
+
+    Parameters
+    ----------
+    source : Source
+        The sensor.
+    target : Path
+        Where the recording goes.
+    seconds : float
+        How long.
+
+    Returns
+    -------
+    int
+        Exit status.
+
+    Raises
+    ------
+    DataError
+        The sensor gave nothing that is worth keeping.
+    FootnavError
+        The recording cannot be written.
+    """
+    with screen() as shown:
+        meter = Meter(source, shown, seconds)
+        recorder, status = _gather(source, meter.see)
+    _save(recorder, target, source)
+    print(f"next: footnav track {_as_argument(target, recorder.setup)}")
+    return status
+
+
+def capture_poses(source: Source, target: Path, plan: Plan) -> int:
+    """Lead through the poses of a calibration, and record all of it.
+
+    Parameters
+    ----------
+    source : Source
+        The sensor.
+    target : Path
+        Where the recording goes.
+    plan : Plan
+        Which poses, and how long.
+
+    Returns
+    -------
+    int
+        Exit status: 1 if poses are missing, though the recording is kept.
+
+    Raises
+    ------
+    DataError
+        The sensor gave nothing that is worth keeping.
+    FootnavError
+        The recording cannot be written.
+    """
+    guide = Guide(plan)
+    with screen() as shown:
+        recorder, status = _gather(source, Leader(guide, shown).see)
+    _save(recorder, target, source)
+    if guide.stage is not Stage.DONE:
+        missing = ", ".join(guide.missing_sides) or "no side"
+        complain(
+            f"{target} is not complete: {missing} and {plan.tilts - guide.tilts} of {plan.tilts} tilts are missing"
+        )
+        return _FAILED
+    print(f"next: footnav calibrate accel {_as_argument(target, recorder.setup)}")
+    return status
+
+
+class Meter:
+    """Shows how a capture goes on: time, rate, losses, and whether the sensor moves.
+
+    Parameters
+    ----------
+    source : Source
+        The sensor.
+    shown : Screen
+        Where to show it.
+    seconds : float
+        When the capture is complete.
+    """
+
+    def __init__(self, source: Source, shown: Screen, seconds: float) -> None:
+        self._source, self._shown, self._seconds = source, shown, seconds
+        self._stillness = Stillness()
+        self._state = "..."
+        self._start: float | None = None
+        self._recent: deque[tuple[float, int]] = deque()
+
+    def see(self, block: Block) -> bool:
+        """Take a block in; True once the capture is complete."""
+        for window in self._stillness.feed(block):
+            self._state = "at rest" if window.still else "moving"
+        now = float(block.t[-1])
+        self._start = float(block.t[0]) if self._start is None else self._start
+        self._shown.show(
+            f"{now - self._start:7.1f} s  {self._rate(now, len(block)):7.1f} Hz  {self._state:8}{self._losses}"
+        )
+        return now - self._start >= self._seconds
+
+    @property
+    def _losses(self) -> str:
+        return str(self._source.losses)
+
+    def _rate(self, now: float, samples: int) -> float:
+        """Return the rate since the end of the block that came `_RATE_WINDOW` ago, Hz."""
+        self._recent.append((now, samples))
+        while len(self._recent) > 2 and now - self._recent[1][0] >= _RATE_WINDOW:
+            self._recent.popleft()
+        span = now - self._recent[0][0]
+        return (sum(count for _, count in self._recent) - self._recent[0][1]) / span if span else 0.0
+
+
+class Leader:
+    """Tells a person what the guide says, each thing once.
+
+    Parameters
+    ----------
+    guide : Guide
+        Follows the samples.
+    shown : Screen
+        Where to tell it.
+    """
+
+    def __init__(self, guide: Guide, shown: Screen) -> None:
+        self._guide, self._shown = guide, shown
+        self._told = ""
+        self._tell()
+
+    def see(self, block: Block) -> bool:
+        """Take a block in; True once all poses are done."""
+        for remark in self._guide.feed(block):
+            self._shown.say(f"  {remark}")
+        self._tell()
+        guide = self._guide
+        held = f", held for {guide.held:.1f} of {guide.needed:g} s" if guide.held else ""
+        self._shown.show(f"{guide.progress:4.0%}  {guide.up or '..'} up now{held}")
+        return guide.stage is Stage.DONE
+
+    def _tell(self) -> None:
+        if self._guide.instruction != self._told:
+            self._told = self._guide.instruction
+            self._shown.say(self._told)
+
+
+def check_target(out: Path | None, kind: str) -> Path:
+    """Make sure that a recording will find its place, before anybody walks for it.
+
+    Parameters
+    ----------
+    out : Path or None
+        What was asked for.
+    kind : str
+        What the name begins with where none was asked for.
+
+    Returns
+    -------
+    Path
+        A file that does not exist, in a folder that does.
+
+    Raises
+    ------
+    ConfigError
+        The suffix is unknown, the file exists, or the folder does not.
+    """
+    target = out or Path(time.strftime(f"{kind}-%Y%m%d-%H%M%S.csv"))
+    check_suffix(target)
+    if target.exists():
+        raise ConfigError(f"{target} exists; a capture does not replace a recording: give another --out")
+    if not target.absolute().parent.is_dir():
+        raise ConfigError(f"{target}: there is no folder {target.parent}")
+    return target
+
+
+def check_duration(seconds: float | None) -> float:
+    """Return how long to record, or raise ConfigError for a time that is none."""
+    if seconds is None:
+        return math.inf
+    if not 0 < seconds < math.inf:
+        raise ConfigError(f"--seconds is {seconds:g}; expected a positive number")
+    return seconds
+
+
+def _gather(source: Source, watch: Watch) -> tuple[Recorder, int]:
+    """Record until it is complete, Ctrl-C, or a failure after which there is something to keep."""
+    recorder = Recorder(source.name)
+    status = 0
+    try:
+        for block in stream(source):
+            recorder.add(block)
+            if watch(block):
+                break
+    except KeyboardInterrupt:
+        pass
+    except DataError as error:
+        if recorder.duration < _WORTH_KEEPING:
+            raise
+        complain(error)
+        status = _FAILED
+    return recorder, status
+
+
+def _save(recorder: Recorder, target: Path, source: Source) -> None:
+    recording = recorder.recording()
+    recording.save(target)
+    length = f"{len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz"
+    print(f"{target}: {length}, {source.losses}")
+
+
+def _as_argument(target: Path, setup: Setup | None) -> str:
+    """Name a recording as the other commands take it; a table has no place for the full scales."""
+    if setup is None or target.suffix.lower() != ".csv":
+        return str(target)
+    return f"{target} --accel-range {setup.accel_range_g} --gyro-range {setup.gyro_range_deg_s}"

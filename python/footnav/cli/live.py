@@ -1,0 +1,51 @@
+"""A line on the terminal that changes as samples come in, and what is said above it."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+
+class Screen:
+    """Where a capture speaks to the person at it: standard error.
+
+    Parameters
+    ----------
+    live : Live, optional
+        The line that changes; none where standard error is no terminal.
+    """
+
+    def __init__(self, live: Live | None = None) -> None:
+        self._live = live
+
+    def show(self, text: str) -> None:
+        """Change the line, on a terminal."""
+        if self._live is not None:
+            self._live.update(Text(text, no_wrap=True, overflow="ellipsis"))
+
+    def say(self, text: str) -> None:
+        """Print a line that stays."""
+        if self._live is None:
+            print(text, file=sys.stderr)
+        else:
+            self._live.console.print(text, markup=False, highlight=False)
+
+
+@contextmanager
+def screen() -> Iterator[Screen]:
+    """Open the screen of a capture.
+
+    Yields
+    ------
+    Screen
+        For the time of the capture.
+    """
+    if not sys.stderr.isatty():
+        yield Screen()
+        return
+    # Standard output may lead into a file while the line is on the terminal.
+    with Live(console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False) as live:
+        yield Screen(live)
