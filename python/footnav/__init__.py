@@ -39,6 +39,7 @@ from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning,
 from footnav.evaluation import Evaluation, evaluate
 from footnav.health import Health, Reason, Status
 from footnav.io import read
+from footnav.many import Outcome, track_many
 from footnav.navigator import Navigator, State
 from footnav.recording import Recording
 from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
@@ -72,6 +73,7 @@ __all__ = [
     "MovingVariance",
     "Navigator",
     "NumericalError",
+    "Outcome",
     "Output",
     "Reason",
     "Recording",
@@ -96,4 +98,5 @@ __all__ = [
     "read",
     "simulate",
     "track",
+    "track_many",
 ]

@@ -70,7 +70,24 @@ def track(
     FootnavWarning
         Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
     """
-    config = with_ranges_of(recording, config or Config())
+    trajectory = track_quietly(
+        recording, config or Config(), stationary=stationary, detector=detector, progress=progress
+    )
+    if trajectory.health is not None:
+        _warn(recording.name, trajectory.health)
+    return trajectory
+
+
+def track_quietly(
+    recording: Recording,
+    config: Config,
+    *,
+    stationary: ArrayLike | None = None,
+    detector: StanceDetector | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Track a whole recording and leave what speaks against the track to its health; see `track`."""
+    config = with_ranges_of(recording, config)
     try:
         batch = _batch(recording, config, stationary, detector)
         for start in range(0, len(recording), BLOCK):
@@ -83,9 +100,7 @@ def track(
         if recording.name:
             error.args = (f"{recording.name}: {error}",)
         raise
-    health = Health.of_fields(fields)
-    _warn(recording.name, health)
-    return Trajectory(**columns, **placed(config), name=recording.name, health=health)
+    return Trajectory(**columns, **placed(config), name=recording.name, health=Health.of_fields(fields))
 
 
 def _batch(

@@ -1,0 +1,219 @@
+"""Many recordings: side by side, here or on other machines, with nothing lost when one of them fails."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from footnav._core import __version__
+from footnav.config import Config
+from footnav.errors import DataError
+from footnav.io import read
+from footnav.recording import Recording
+from footnav.tracking import track_quietly
+from footnav.trajectory import Trajectory
+
+Source: TypeAlias = "Recording | str | os.PathLike[str]"
+Reader: TypeAlias = "Callable[[Path], Recording]"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What became of one recording.
+
+    Attributes
+    ----------
+    index : int
+        Its place among the recordings, from 0.
+    name : str
+        Its name: that of the recording or of the file.
+    error : Exception or None
+        What went wrong.
+    resumed : bool
+        Whether it was tracked by an earlier run.
+    """
+
+    index: int
+    name: str
+    error: Exception | None
+    resumed: bool
+    _track: Trajectory | Path | None
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The track; read from the folder where tracks are kept.
+
+        Raises
+        ------
+        Exception
+            What went wrong.
+        """
+        if self.error is not None:
+            raise self.error
+        assert self._track is not None
+        if isinstance(self._track, Path):
+            from footnav.export import load_trajectory
+
+            return load_trajectory(self._track)
+        return self._track
+
+
+def track_many(
+    recordings: Iterable[Source],
+    config: Config | None = None,
+    *,
+    executor: Executor | None = None,
+    reader: Reader = read,
+    folder: str | os.PathLike[str] | None = None,
+    ordered: bool = True,
+) -> Iterator[Outcome]:
+    """Track many recordings side by side.
+
+    Parameters
+    ----------
+    recordings : iterable of Recording or path
+        They are taken as workers become free, so that a generator of any length will do.  A path is read where it is
+        tracked: paths travel to other processes and machines, samples do not.
+    config : Config, optional
+        Settings for all of them; the defaults need no tuning.
+    executor : concurrent.futures.Executor, optional
+        Where to work: threads of this process unless given, one for each core, since the core leaves the interpreter
+        to others while it tracks.  A ``ProcessPoolExecutor`` also reads files side by side, and dask's
+        ``Client.get_executor()`` does so on a cluster.  It is left open.
+    reader : callable
+        Reads a path, such as ``functools.partial(footnav.read, format="mpu6050", accel_range=8, gyro_range=1000)``.
+    folder : path, optional
+        Where to keep the tracks as ``.npz``.  A run with the same folder, settings and version of footnav goes on where
+        an earlier one stopped: what was tracked already, of the same samples or of a file of the same size and time of
+        change, is not tracked again.  Workers on other machines must see the same folder.
+    ordered : bool
+        Whether the outcomes come in the order of the recordings, or each as soon as it is there.
+
+    Yields
+    ------
+    Outcome
+        One for each recording; one that failed holds its error, and the others go on.
+
+    Raises
+    ------
+    DataError
+        The folder cannot be made.
+
+    Notes
+    -----
+    The tracks are those of :func:`footnav.track`, to the bit.  What that warns of is in the `health` of each track.
+
+    Examples
+    --------
+    >>> for outcome in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
+    ...     print(outcome.name, outcome.error or outcome.trajectory.summary())
+    """
+    job = Job(config or Config(), reader, _made(folder))
+    if executor is not None:
+        yield from _outcomes(recordings, job, executor, ordered)
+        return
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        yield from _outcomes(recordings, job, threads, ordered)
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What is done with every recording; travels to the workers."""
+
+    config: Config
+    reader: Reader
+    folder: Path | None
+
+    def run(self, index: int, source: Source) -> Outcome:
+        """Track one recording; an error becomes part of the outcome."""
+        name = _name(source)
+        try:
+            kept = self._kept(source, name)
+            if kept is not None and kept.exists():
+                return Outcome(index, name, None, resumed=True, _track=kept)
+            return Outcome(index, name, None, resumed=False, _track=self._track(source, kept))
+        except Exception as error:  # A reader of the user's may raise anything, and the other recordings go on.
+            return Outcome(index, name, error, resumed=False, _track=None)
+
+    def _kept(self, source: Source, name: str) -> Path | None:
+        """Say where the track is kept."""
+        if self.folder is None:
+            return None
+        return self.folder / f"{Path(name).name or 'track'}-{self._digest(source)}.npz"
+
+    def _track(self, source: Source, kept: Path | None) -> Trajectory | Path:
+        recording = source if isinstance(source, Recording) else self.reader(Path(source))
+        trajectory = track_quietly(recording, self.config)
+        if kept is None:
+            return trajectory
+        trajectory.save(kept)
+        return kept
+
+    def _digest(self, source: Source) -> str:
+        """Tell apart what would give another track."""
+        digest = hashlib.sha256(f"{__version__}\n{_describe(self.reader)}\n".encode() + self.config.to_json())
+        if isinstance(source, Recording):
+            ranges = f"{source.accel_range} {source.gyro_range}"
+            digest.update(ranges.encode())
+            for samples in (source.t, source.accel, source.gyro):
+                digest.update(samples.tobytes())
+        else:
+            path = Path(source)
+            status = path.stat() if path.exists() else None
+            about = None if status is None else (status.st_size, status.st_mtime_ns)
+            digest.update(f"{path.resolve()}\n{about}".encode())
+        return digest.hexdigest()[:16]
+
+
+def _outcomes(recordings: Iterable[Source], job: Job, executor: Executor, ordered: bool) -> Iterator[Outcome]:
+    """Keep the workers busy, with no more waiting than they will soon take."""
+    ahead = 2 * (os.cpu_count() or 1) + 2
+    waiting: deque[Future[Outcome]] = deque()
+    try:
+        for index, source in enumerate(recordings):
+            waiting.append(executor.submit(job.run, index, source))
+            if len(waiting) >= ahead:
+                yield _next(waiting, ordered)
+        while waiting:
+            yield _next(waiting, ordered)
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _next(waiting: deque[Future[Outcome]], ordered: bool) -> Outcome:
+    """Take the oldest, or one that is done."""
+    if ordered:
+        return waiting.popleft().result()
+    done = next(iter(wait(waiting, return_when=FIRST_COMPLETED).done))
+    waiting.remove(done)
+    return done.result()
+
+
+def _name(source: Source) -> str:
+    return source.name if isinstance(source, Recording) else Path(source).stem
+
+
+def _describe(reader: Reader) -> str:
+    """Name a reader and its options the same way in every run."""
+    if isinstance(reader, functools.partial):
+        return f"{_describe(reader.func)} {reader.args} {sorted(reader.keywords.items())}"
+    return f"{reader.__module__}.{getattr(reader, '__qualname__', type(reader).__qualname__)}"
+
+
+def _made(folder: str | os.PathLike[str] | None) -> Path | None:
+    if folder is None:
+        return None
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be made a folder: {error.strerror or error}") from error
+    return path
