@@ -8,6 +8,7 @@ Examples
 """
 
 from footnav._core import __version__
+from footnav.allan import AllanDeviation, allan
 from footnav.config import (
     Alignment,
     Calibration,
@@ -37,8 +38,9 @@ from footnav.evaluation import Evaluation, evaluate
 from footnav.health import Health, Reason, Status
 from footnav.io import read
 from footnav.navigator import Navigator, State
+from footnav.noise import AxisNoise, Figure, NoiseFigures
 from footnav.recording import Recording
-from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
+from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate, simulate_rest
 from footnav.stance import StanceDetector
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
@@ -47,7 +49,9 @@ __all__ = [
     "AccelerationMagnitude",
     "AdaptiveShoe",
     "Alignment",
+    "AllanDeviation",
     "AngularRateEnergy",
+    "AxisNoise",
     "Calibration",
     "Config",
     "ConfigError",
@@ -55,6 +59,7 @@ __all__ = [
     "Detection",
     "Diagnosis",
     "Evaluation",
+    "Figure",
     "Filter",
     "FootnavError",
     "FootnavWarning",
@@ -66,6 +71,7 @@ __all__ = [
     "Mechanization",
     "MovingVariance",
     "Navigator",
+    "NoiseFigures",
     "NumericalError",
     "Output",
     "Reason",
@@ -83,11 +89,13 @@ __all__ = [
     "Waypoint",
     "WindowedEnergies",
     "__version__",
+    "allan",
     "detect",
     "diagnose",
     "evaluate",
     "load_config",
     "read",
     "simulate",
+    "simulate_rest",
     "track",
 ]

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from footnav.stance import StanceDetector
 __all__ = [
     "Navigator",
     "__version__",
+    "allan",
     "check_config",
     "default_config",
     "detect",
@@ -19,6 +21,7 @@ __all__ = [
     "route",
     "sensor_preset",
     "simulate",
+    "simulate_rest",
 ]
 
 __version__: str
@@ -73,7 +76,9 @@ def detect(
     gyro: NDArray[np.float64],
     detector: StanceDetector | None = None,
 ) -> dict[str, NDArray[Any]]: ...
+def allan(samples: NDArray[np.float64], progress: Callable[[float], object]) -> dict[str, NDArray[Any]]: ...
 def simulate(plan: bytes) -> dict[str, NDArray[Any]]: ...
+def simulate_rest(plan: bytes) -> dict[str, NDArray[Any]]: ...
 def gait_preset(name: str) -> str: ...
 def sensor_preset(name: str) -> str: ...
 def route(shape: str, sizes: list[float]) -> str: ...

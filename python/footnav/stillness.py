@@ -1,0 +1,153 @@
+"""Whether a recording was made at rest, without a gap: what measurements of the sensor's own noise need."""
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footnav.config import Alignment
+from footnav.errors import DataError, FootnavWarning
+from footnav.recording import Floats, Recording
+
+Mask = NDArray[np.bool_]
+
+UNITS = {"accel": "m/s^2", "gyro": "rad/s"}
+
+UNEVEN = 0.8
+"""Part of the median interval by which one may differ; stamps in whole milliseconds jitter by less."""
+
+BLOCK = 1.0
+"""s over which scatter and mean are taken."""
+
+MOVED_SCATTER, MOVED_JUMP = 3.0, 15.0
+"""Times the usual scatter of a block, and the usual step from its mean to the next, that noise does not reach."""
+
+WARMING = 2.0
+"""K by which the temperature may move."""
+
+_STEP_SAMPLES = 100_000
+"""Samples that are enough to see the resolution in."""
+
+
+def check_even(t: Floats) -> None:
+    """Refuse samples that are not evenly spaced.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Stamps, s.
+
+    Raises
+    ------
+    DataError
+        An interval is far from the median one; the message names the first and the longest stretch without any.
+    """
+    intervals = np.diff(t)
+    median = float(np.median(intervals))
+    uneven = np.abs(intervals - median) > UNEVEN * median
+    if uneven.any():
+        row = int(uneven.argmax())
+        start, end = _longest_run(~uneven)
+        raise DataError(
+            f"row {row + 1} (counted from 0): {intervals[row]:.4g} s after {t[row]:.3f} s, where samples are "
+            f"{median:.4g} s apart; {int(uneven.sum())} such interval(s) in all: noise is measured on every sample, "
+            f"so record without losses, or take the longest stretch, span=({t[start]:.3f}, {t[end]:.3f})"
+        )
+
+
+def check_rest(recording: Recording) -> None:
+    """Refuse a recording in which the sensor moved.
+
+    Parameters
+    ----------
+    recording : Recording
+        Evenly spaced samples, a second or more.
+
+    Raises
+    ------
+    DataError
+        A channel scatters or jumps as noise does not, or never changes; the message says when, and how long the sensor
+        rested.
+
+    Warns
+    -----
+    FootnavWarning
+        The temperature moves, or the noise of a channel is below its resolution.
+    """
+    length = max(2, round(BLOCK * recording.rate_hz))
+    starts = recording.t[: len(recording) // length * length : length]
+    limits = {"accel": Alignment().rest_accel_std, "gyro": Alignment().rest_gyro_std}
+    findings: dict[int, str] = {}
+    for sensor, limit in limits.items():
+        for axis, samples in zip("xyz", getattr(recording, sensor).T, strict=True):
+            findings |= _movements(f"{sensor}_{axis}", UNITS[sensor], samples, length, limit) | findings
+    if findings:
+        still = np.ones(len(starts), dtype=bool)
+        still[list(findings)] = False
+        first, (start, end) = min(findings), _longest_run(still)
+        until = recording.t[end * length - 1] if still.any() else starts[start]
+        raise DataError(
+            f"{findings[first]} at {starts[first]:.1f} s: the sensor was moved or touched, {len(findings)} s in all; "
+            f"leave it alone, or take its longest rest, span=({starts[start]:.1f}, {until:.1f})"
+        )
+    _warn_of_warming(recording, length)
+
+
+def _movements(channel: str, unit: str, samples: Floats, length: int, limit: float) -> dict[int, str]:
+    """Say for each block in which a channel moved how it did."""
+    step = _step(channel, unit, samples)
+    blocks = samples[: len(samples) // length * length].reshape(-1, length)
+    scatter = blocks.std(axis=1)
+    jump = np.abs(np.diff(blocks.mean(axis=1), prepend=blocks[:1].mean()))
+    usual = float(np.median(scatter))
+    if usual < step / 2:
+        warnings.warn(
+            f"{channel} scatters by {usual:.2g} {unit}, less than half of its resolution of {step:.2g}: its figures "
+            "are those of the rounding; choose a finer range",
+            FootnavWarning,
+            stacklevel=4,
+        )
+    scatter_limit = min(limit, MOVED_SCATTER * max(usual, step))
+    jump_limit = MOVED_JUMP * max(float(np.median(jump)), step)
+    jumps = {int(k): _over(channel, "jumps", jump[k], unit, jump_limit) for k in np.flatnonzero(jump > jump_limit)}
+    shakes = np.flatnonzero(scatter > scatter_limit)
+    return jumps | {int(k): _over(channel, "scatters", scatter[k], unit, scatter_limit) for k in shakes}
+
+
+def _over(channel: str, does: str, value: float, unit: str, limit: float) -> str:
+    return f"{channel} {does} by {value:.3g} {unit}, more than {limit:.3g},"
+
+
+def _step(channel: str, unit: str, samples: Floats) -> float:
+    """Return the smallest step between the values of a channel: its resolution, if it has one."""
+    values = np.unique(samples[:_STEP_SAMPLES])
+    if len(values) == 1 and np.ptp(samples) == 0:
+        raise DataError(
+            f"{channel} reads {values[0]:.6g} {unit} in every sample: there is no noise to measure; "
+            "choose a finer range, or check the wiring"
+        )
+    return float(np.diff(values).min(initial=np.inf)) if len(values) > 1 else 0.0
+
+
+def _warn_of_warming(recording: Recording, length: int) -> None:
+    if recording.temperature is None:
+        return
+    blocks = recording.temperature[: len(recording) // length * length].reshape(-1, length).mean(axis=1)
+    low, high = float(blocks.min()), float(blocks.max())
+    if high - low > WARMING:
+        warnings.warn(
+            f"the temperature moves from {low:.1f} to {high:.1f} degrees Celsius: the drift that follows it counts as "
+            "bias walk; let the sensor warm up for half an hour, and keep draughts and sun away",
+            FootnavWarning,
+            stacklevel=4,
+        )
+
+
+def _longest_run(mask: Mask) -> tuple[int, int]:
+    """Return where the longest run of True starts and where it has ended."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False]))))
+    starts, ends = edges[::2], edges[1::2]
+    if not len(starts):
+        return 0, 0
+    longest = int((ends - starts).argmax())
+    return int(starts[longest]), int(ends[longest])
