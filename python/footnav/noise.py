@@ -18,9 +18,11 @@ FLICKER_FLOOR = math.sqrt(2 * math.log(2) / math.pi)
 MODEL_ERROR = 0.03
 """How well the model is believed to describe a real sensor, as a part of the deviation.
 
-It keeps the shortest averaging times, whose statistical error is tiny, from deciding everything: there a sensor's
-low-pass filter shows, which the model does not know.
+It keeps the shortest averaging times, whose statistical error is tiny, from deciding everything.
 """
+
+WELL_KNOWN, FILTER_BEND = 1000, 0.15
+"""Degrees of freedom from which on the slope of the variance is known to half of the bend that gives a filter away."""
 
 SEEN = 3.0
 """A term of the variance that is smaller than this many of its standard deviations is not told from none."""
@@ -193,7 +195,8 @@ def fit_axis(channel: str, taus: Floats, deviation: Floats, degrees_of_freedom: 
     The variances of the kinds (IEEE Std 952-1997, annex C) add up; their strengths are the non-negative ones under
     which the observed variances, chi-squared about the sum, are most likely.  One that cannot be told from none is left
     out, and gets an upper limit only.  Estimates within a decade of averaging time count as one, since they share most
-    of what they know: simulated random walks scatter as much as that says.
+    of what they know: simulated random walks scatter as much as that says.  Averaging times at which a low-pass filter
+    in the sensor shows are left out.
 
     Parameters
     ----------
@@ -216,10 +219,12 @@ def fit_axis(channel: str, taus: Floats, deviation: Floats, degrees_of_freedom: 
     FootnavError
         When scipy is missing.
     """
+    known = slice(_end_of_filter(taus, deviation, degrees_of_freedom), None)
+    taus = taus[known]
     curve = _Curve(
-        variance=deviation**2,
+        variance=deviation[known] ** 2,
         parts=unit_variances(taus),
-        information=_decades(taus) / (2 / degrees_of_freedom + (2 * MODEL_ERROR) ** 2),
+        information=_decades(taus) / (2 / degrees_of_freedom[known] + (2 * MODEL_ERROR) ** 2),
     )
     seen = list(range(curve.parts.shape[1]))
     strength, std = _fit(curve, seen)
@@ -255,6 +260,17 @@ class _Curve:
     information: Floats
 
 
+def _end_of_filter(taus: Floats, deviation: Floats, degrees_of_freedom: Floats) -> int:
+    """Return the first averaging time at which no low-pass filter in the sensor shows.
+
+    A sum of powers of the averaging time bends upwards in log-log axes: nowhere is it steeper than at its start.  Where
+    a curve falls more steeply later on, a filter has taken noise away before.
+    """
+    slopes = np.gradient(2 * np.log(deviation), np.log(taus))
+    steepest = slopes[degrees_of_freedom > WELL_KNOWN].min(initial=np.inf)
+    return int((slopes <= steepest + FILTER_BEND).argmax())
+
+
 def _decades(taus: Floats) -> Floats:
     """Return the width in decades of the averaging times that each one stands for."""
     decades: Floats = np.gradient(np.log10(taus))
@@ -278,8 +294,8 @@ def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
         last, model = model, curve.parts[:, terms] @ strength
         if np.allclose(model, last, rtol=1e-9, atol=0):
             break
-    normal = (weighted / scale).T @ (weighted / scale)
-    return strength, np.sqrt(np.diag(np.linalg.inv(normal))) / scale
+    std = np.linalg.norm(np.linalg.pinv(weighted / scale), axis=1) / scale
+    return strength, std
 
 
 def _seen(strength: float, std: float) -> Figure:

@@ -346,9 +346,14 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
         for column, channel in enumerate(deviation.channels):
             if channel.startswith(sensor):
                 _draw_axis(ax, deviation, figures, column, factor)
+        ax.yaxis.get_major_locator().set_params(subs=(1, 2, 5))
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("")
         ax.grid(visible=True, which="major", color="#EEEEEE", lw=0.6)
         ax.set_axisbelow(True)
         _legend_above(ax)
+        if figures is not None:
+            ax.set_title("dashed: fit, dotted: each noise alone", loc="right", fontsize=8, color=FAINT, pad=2)
         ax.label_outer()
     if deviation.name:
         figure.suptitle(deviation.name, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
@@ -366,7 +371,7 @@ def _draw_axis(ax: Axes, deviation: AllanDeviation, figures: NoiseFigures | None
     if figures is not None:
         terms = figures.axes[column].deviations(taus)
         total = np.linalg.norm(terms, axis=1)
-        ax.plot(taus, factor * total, color=color, lw=0.8, dashes=(4, 2), label=f"{axis}, fit")
+        ax.plot(taus, factor * total, color=color, lw=0.8, dashes=(4, 2))
         weighty = np.where(terms**2 > SHARE_DRAWN * total[:, None] ** 2, terms, np.nan)
         ax.plot(taus, factor * weighty, color=color, lw=0.9, ls=":")
 

@@ -13,6 +13,9 @@ Mask = NDArray[np.bool_]
 
 UNITS = {"accel": "m/s^2", "gyro": "rad/s"}
 
+REST = {"accel": Alignment().rest_accel_std, "gyro": Alignment().rest_gyro_std}
+"""Scatter that is no rest, however usual it is in the recording."""
+
 UNEVEN = 0.8
 """Part of the median interval by which one may differ; stamps in whole milliseconds jitter by less."""
 
@@ -43,15 +46,15 @@ def check_even(t: Floats) -> None:
         An interval is far from the median one; the message names the first and the longest stretch without any.
     """
     intervals = np.diff(t)
-    median = float(np.median(intervals))
+    median = float(np.median(intervals[intervals > 0]))
     uneven = np.abs(intervals - median) > UNEVEN * median
     if uneven.any():
         row = int(uneven.argmax())
         start, end = _longest_run(~uneven)
         raise DataError(
-            f"row {row + 1} (counted from 0): {intervals[row]:.4g} s after {t[row]:.3f} s, where samples are "
-            f"{median:.4g} s apart; {int(uneven.sum())} such interval(s) in all: noise is measured on every sample, "
-            f"so record without losses, or take the longest stretch, span=({t[start]:.3f}, {t[end]:.3f})"
+            f"the stamps {t[row]:.3f} s and {t[row + 1]:.3f} s are {intervals[row]:.4g} s apart, where {median:.4g} s "
+            f"are usual; {int(uneven.sum())} such interval(s) in all: the samples must be evenly spaced, so record "
+            f"without losses, or take the longest stretch without one, span=({t[start]:.3f}, {t[end]:.3f})"
         )
 
 
@@ -76,38 +79,37 @@ def check_rest(recording: Recording) -> None:
     """
     length = max(2, round(BLOCK * recording.rate_hz))
     starts = recording.t[: len(recording) // length * length : length]
-    limits = {"accel": Alignment().rest_accel_std, "gyro": Alignment().rest_gyro_std}
     findings: dict[int, str] = {}
-    for sensor, limit in limits.items():
-        for axis, samples in zip("xyz", getattr(recording, sensor).T, strict=True):
-            findings |= _movements(f"{sensor}_{axis}", UNITS[sensor], samples, length, limit) | findings
+    for channel in (f"{sensor}_{axis}" for sensor in UNITS for axis in "xyz"):
+        findings = _movements(recording, channel, length) | findings
     if findings:
         still = np.ones(len(starts), dtype=bool)
         still[list(findings)] = False
         first, (start, end) = min(findings), _longest_run(still)
-        until = recording.t[end * length - 1] if still.any() else starts[start]
+        rest = f", or take its longest rest, span=({starts[start]:.1f}, {recording.t[end * length - 1]:.1f})"
         raise DataError(
-            f"{findings[first]} at {starts[first]:.1f} s: the sensor was moved or touched, {len(findings)} s in all; "
-            f"leave it alone, or take its longest rest, span=({starts[start]:.1f}, {until:.1f})"
+            f"{findings[first]} at {starts[first]:.1f} s: the sensor was moved or touched, in {len(findings)} of "
+            f"{len(starts)} s; leave it alone{rest if end else ''}"
         )
     _warn_of_warming(recording, length)
 
 
-def _movements(channel: str, unit: str, samples: Floats, length: int, limit: float) -> dict[int, str]:
-    """Say for each block in which a channel moved how it did."""
+def _movements(recording: Recording, channel: str, length: int) -> dict[int, str]:
+    """Say for each block of `length` samples in which a channel moved how it did."""
+    sensor, _, axis = channel.partition("_")
+    unit, samples = UNITS[sensor], getattr(recording, sensor)[:, "xyz".index(axis)]
     step = _step(channel, unit, samples)
     blocks = samples[: len(samples) // length * length].reshape(-1, length)
     scatter = blocks.std(axis=1)
     jump = np.abs(np.diff(blocks.mean(axis=1), prepend=blocks[:1].mean()))
     usual = float(np.median(scatter))
     if usual < step / 2:
-        warnings.warn(
+        _warn(
+            recording.name,
             f"{channel} scatters by {usual:.2g} {unit}, less than half of its resolution of {step:.2g}: its figures "
             "are those of the rounding; choose a finer range",
-            FootnavWarning,
-            stacklevel=4,
         )
-    scatter_limit = min(limit, MOVED_SCATTER * max(usual, step))
+    scatter_limit = min(REST[sensor], MOVED_SCATTER * max(usual, step))
     jump_limit = MOVED_JUMP * max(float(np.median(jump)), step)
     jumps = {int(k): _over(channel, "jumps", jump[k], unit, jump_limit) for k in np.flatnonzero(jump > jump_limit)}
     shakes = np.flatnonzero(scatter > scatter_limit)
@@ -135,12 +137,16 @@ def _warn_of_warming(recording: Recording, length: int) -> None:
     blocks = recording.temperature[: len(recording) // length * length].reshape(-1, length).mean(axis=1)
     low, high = float(blocks.min()), float(blocks.max())
     if high - low > WARMING:
-        warnings.warn(
+        _warn(
+            recording.name,
             f"the temperature moves from {low:.1f} to {high:.1f} degrees Celsius: the drift that follows it counts as "
             "bias walk; let the sensor warm up for half an hour, and keep draughts and sun away",
-            FootnavWarning,
-            stacklevel=4,
         )
+
+
+def _warn(name: str, text: str) -> None:
+    """Warn the caller of `footnav.allan`."""
+    warnings.warn(f"{name}: {text}" if name else text, FootnavWarning, stacklevel=5)
 
 
 def _longest_run(mask: Mask) -> tuple[int, int]:

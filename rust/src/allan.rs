@@ -187,8 +187,9 @@ impl Curve {
     pub fn of<E>(samples: &[f64], watch: impl FnMut(f64) -> Result<(), E>) -> Result<Self, E> {
         let factors = averaging_factors(samples.len());
         let deviation = deviations(&Integral::new(samples), &factors, watch)?;
-        let degrees_of_freedom = (0..factors.len())
-            .map(|k| Noise::of_slope(slope(&factors, &deviation, k)).degrees_of_freedom(samples.len(), factors[k]))
+        let degrees_of_freedom = noises(&factors, &deviation)
+            .zip(&factors)
+            .map(|(noise, &factor)| noise.degrees_of_freedom(samples.len(), factor))
             .collect();
         Ok(Self { factors, deviation, degrees_of_freedom })
     }
@@ -225,6 +226,18 @@ fn deviations<E>(
         Ok(())
     })?;
     Ok(deviations)
+}
+
+/// The noise that governs each averaging time.
+///
+/// Quantization rules the shortest ones or none.  Where the slope is uncertain, at the longest, it would be mistaken for it, with degrees of freedom as if
+/// the record were thousands of times as long.
+fn noises(factors: &[usize], deviation: &[f64]) -> impl Iterator<Item = Noise> {
+    let slopes = (0..factors.len()).map(|k| slope(factors, deviation, k));
+    slopes.map(Noise::of_slope).scan(true, |quantized, noise| {
+        *quantized &= noise == Noise::Quantization;
+        Some(if *quantized || noise != Noise::Quantization { noise } else { Noise::White })
+    })
 }
 
 /// Slope of the variance in log-log axes about the averaging time `k`.
@@ -295,6 +308,15 @@ mod tests {
             Err("enough")
         });
         assert_eq!((stopped, heard), (Err("enough"), 1));
+    }
+
+    #[test]
+    fn only_the_shortest_averaging_times_are_quantized() {
+        let factors = [1, 2, 4, 8, 16, 32, 64];
+        let falling =
+            |from: usize| (0..7).map(|k| if k < from { 1.0 } else { 0.5_f64.powi(k as i32) }).collect::<Vec<_>>();
+        assert!(noises(&factors, &falling(0)).all(|noise| noise == Noise::Quantization));
+        assert!(noises(&factors, &falling(4)).all(|noise| noise != Noise::Quantization));
     }
 
     proptest! {

@@ -31,7 +31,7 @@ _NOISE_UNITS = {
         ("quantization", "m/s", ("mm/s", 1e3)),
         ("velocity random walk", "m/s^2/sqrt(Hz)", ("m/s/sqrt(h)", _HOUR**0.5)),
         ("bias instability", "m/s^2", ("mg", _MILLI_G)),
-        ("acceleration random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
+        ("rate random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
     ),
 }
 """What each term of the noise is called, its SI unit, and that of data sheets with how many of them make one in SI."""
@@ -128,14 +128,15 @@ def noise_table(figures: NoiseFigures) -> Table:
     Returns
     -------
     Table
-        Two rows for each term; intervals of 95 %, or upper limits of what was not seen.
+        A row for each term, with intervals of 95 %, or upper limits of what was not seen; and one in SI if it was seen.
     """
     table = _table("", "unit", "x", "y", "z")
     for sensor, terms in _NOISE_UNITS.items():
         axes = [axis for axis in figures.axes if axis.channel.startswith(sensor)]
         for term, (title, unit, (sheet_unit, factor)) in enumerate(terms):
             table.add_row(f"{sensor} {title}", sheet_unit, *(_interval(axis, term, factor) for axis in axes))
-            table.add_row("", unit, *(_value(axis.terms[term]) for axis in axes))
+            if any(axis.terms[term].value is not None for axis in axes):
+                table.add_row("", unit, *(_value(axis.terms[term]) for axis in axes))
     return table
 
 
