@@ -97,7 +97,9 @@ impl Integral {
     #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
     pub fn new(samples: &[f64]) -> Self {
         let mut total = CompensatedSum::default();
-        samples.iter().for_each(|&sample| total.add(sample));
+        for &sample in samples {
+            total.add(sample);
+        }
         let mean = total.value() / samples.len() as f64;
         let mut sum = CompensatedSum::default();
         let following = samples.iter().map(|sample| {
@@ -255,8 +257,8 @@ mod tests {
 
     use super::*;
 
-    fn unwatched(_: f64) -> Result<(), Infallible> {
-        Ok(())
+    fn curve(samples: &[f64]) -> Curve {
+        Curve::of(samples, |_| Ok::<(), Infallible>(())).unwrap()
     }
 
     fn close(a: f64, b: f64) -> bool {
@@ -284,7 +286,7 @@ mod tests {
         let noise = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
         let deviation = |offset| {
             let samples: Vec<f64> = (0..200_000).map(|k| offset + noise(k)).collect();
-            Curve::of(&samples, unwatched).unwrap().deviation
+            curve(&samples).deviation
         };
         let spoilt = 1e-10;
         for (plain, shifted) in deviation(0.0).into_iter().zip(deviation(1024.0)) {
@@ -296,11 +298,11 @@ mod tests {
     fn the_one_who_watches_hears_of_every_averaging_time_and_can_stop() {
         let samples = [0.0, 1.0].repeat(500);
         let mut shares = Vec::new();
-        let curve = Curve::of(&samples, |share| {
+        let whole = Curve::of(&samples, |share| {
             shares.push(share);
-            unwatched(share)
+            Ok::<(), Infallible>(())
         });
-        assert_eq!(shares.len(), curve.unwrap().factors.len());
+        assert_eq!(shares.len(), whole.unwrap().factors.len());
         assert!(close(shares[shares.len() - 1], 1.0));
         let mut heard = 0;
         let stopped = Curve::of(&samples, |_| {
@@ -313,10 +315,10 @@ mod tests {
     #[test]
     fn only_the_shortest_averaging_times_are_quantized() {
         let factors = [1, 2, 4, 8, 16, 32, 64];
-        let falling =
-            |from: usize| (0..7).map(|k| if k < from { 1.0 } else { 0.5_f64.powi(k as i32) }).collect::<Vec<_>>();
-        assert!(noises(&factors, &falling(0)).all(|noise| noise == Noise::Quantization));
-        assert!(noises(&factors, &falling(4)).all(|noise| noise != Noise::Quantization));
+        let steep = [64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0];
+        let steep_late = [4.0, 4.0, 4.0, 4.0, 4.0, 2.0, 1.0];
+        assert!(noises(&factors, &steep).all(|noise| noise == Noise::Quantization));
+        assert!(noises(&factors, &steep_late).all(|noise| noise != Noise::Quantization));
     }
 
     proptest! {
@@ -329,8 +331,8 @@ mod tests {
 
         #[test]
         fn sums_of_squares_do_not_depend_on_the_lanes(samples in prop::collection::vec(-1.0..1.0_f64, 30..3000)) {
-            let plain = samples.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>();
-            let expected = (plain / (2.0 * (samples.len() - 1) as f64)).sqrt();
+            let (sum, terms) = samples.windows(2).fold((0.0, 0.0), |(sum, terms), pair| (sum + (pair[1] - pair[0]).powi(2), terms + 1.0));
+            let expected = f64::sqrt(sum / (2.0 * terms));
             prop_assert!((Integral::new(&samples).deviation(1) / expected - 1.0).abs() < 1e-9);
         }
     }

@@ -25,13 +25,13 @@ _NOISE_UNITS = {
         ("quantization", "rad", ("deg", _DEGREE)),
         ("angle random walk", "rad/s/sqrt(Hz)", ("deg/sqrt(h)", _DEGREE * _HOUR**0.5)),
         ("bias instability", "rad/s", ("deg/h", _DEGREE * _HOUR)),
-        ("rate random walk", "rad/s/sqrt(s)", ("deg/h/sqrt(h)", _DEGREE * _HOUR**1.5)),
+        ("bias random walk", "rad/s/sqrt(s)", ("deg/h/sqrt(h)", _DEGREE * _HOUR**1.5)),
     ),
     "accel": (
         ("quantization", "m/s", ("mm/s", 1e3)),
         ("velocity random walk", "m/s^2/sqrt(Hz)", ("m/s/sqrt(h)", _HOUR**0.5)),
         ("bias instability", "m/s^2", ("mg", _MILLI_G)),
-        ("rate random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
+        ("bias random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
     ),
 }
 """What each term of the noise is called, its SI unit, and that of data sheets with how many of them make one in SI."""

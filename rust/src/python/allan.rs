@@ -14,6 +14,7 @@ const AXES: usize = 3;
 ///
 /// `progress` hears what share of the work is done; it, and an interrupt from the keyboard, can end it.
 #[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "an argument from Python is owned")]
 pub(super) fn allan<'py>(
     py: Python<'py>,
     samples: PyReadonlyArray2<'py, f64>,
