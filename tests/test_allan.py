@@ -373,8 +373,13 @@ def test_a_touch_is_named_and_its_cure_works():
     message = r"gyro_y scatters by 0\.01\d* rad/s, more than 0\.005\d*, at 62\.0 s: .* in 2 of 200 s;"
     with pytest.raises(DataError, match=message) as e:
         allan(recording)
-    assert "span=(64.0, 200.0)" in str(e.value)
+    assert "span=(64.000, 200.000)" in str(e.value)
     assert allan(recording, (64.0, 200.0)).duration == pytest.approx(136.0)
+
+
+def test_a_touch_in_the_last_moment_is_named():
+    with pytest.raises(DataError, match=r"gyro_y scatters by .* at 199\.0 s: .* in 1 of 200 s"):
+        allan(touched(199.8, 1.0, gyro=0.05))
 
 
 def test_a_tilt_is_named():

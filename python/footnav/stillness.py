@@ -1,6 +1,9 @@
 """Whether a recording was made at rest, without a gap: what measurements of the sensor's own noise need."""
 
+from __future__ import annotations
+
 import warnings
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,31 +80,56 @@ def check_rest(recording: Recording) -> None:
     FootnavWarning
         The temperature moves, or the noise of a channel is below its resolution.
     """
-    length = max(2, round(BLOCK * recording.rate_hz))
-    starts = recording.t[: len(recording) // length * length : length]
+    blocks = _Blocks.of(recording)
     findings: dict[int, str] = {}
     for channel in (f"{sensor}_{axis}" for sensor in UNITS for axis in "xyz"):
-        findings = _movements(recording, channel, length) | findings
+        findings = _movements(recording, channel, blocks) | findings
     if findings:
-        still = np.ones(len(starts), dtype=bool)
-        still[list(findings)] = False
-        first, (start, end) = min(findings), _longest_run(still)
-        rest = f", or take its longest rest, span=({starts[start]:.1f}, {recording.t[end * length - 1]:.1f})"
-        raise DataError(
-            f"{findings[first]} at {starts[first]:.1f} s: the sensor was moved or touched, in {len(findings)} of "
-            f"{len(starts)} s; leave it alone{rest if end else ''}"
-        )
-    _warn_of_warming(recording, length)
+        raise DataError(_moved(recording.t, blocks, findings))
+    _warn_of_warming(recording, blocks)
 
 
-def _movements(recording: Recording, channel: str, length: int) -> dict[int, str]:
-    """Say for each block of `length` samples in which a channel moved how it did."""
+@dataclass(frozen=True, slots=True)
+class _Blocks:
+    """Rows at which the blocks of about a second start that a recording is divided into, and the row after the last."""
+
+    edges: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, recording: Recording) -> _Blocks:
+        length = max(2, round(BLOCK * recording.rate_hz))
+        return cls(np.linspace(0, len(recording), len(recording) // length + 1).astype(np.intp))
+
+    def __len__(self) -> int:
+        return len(self.edges) - 1
+
+    def means(self, samples: Floats) -> Floats:
+        means: Floats = np.add.reduceat(samples, self.edges[:-1]) / np.diff(self.edges)
+        return means
+
+    def scatter(self, samples: Floats) -> Floats:
+        return np.sqrt(self.means((samples - np.repeat(self.means(samples), np.diff(self.edges))) ** 2))
+
+
+def _moved(t: Floats, blocks: _Blocks, findings: dict[int, str]) -> str:
+    """Say when the sensor moved first, and how long it rested."""
+    still = np.ones(len(blocks), dtype=bool)
+    still[list(findings)] = False
+    first, (start, end) = min(findings), _longest_run(still)
+    rest = f", or take its longest rest, span=({t[blocks.edges[start]]:.3f}, {t[blocks.edges[end] - 1]:.3f})"
+    return (
+        f"{findings[first]} at {t[blocks.edges[first]]:.1f} s: the sensor was moved or touched, in {len(findings)} of "
+        f"{len(blocks)} s; leave it alone{rest if still.any() else ''}"
+    )
+
+
+def _movements(recording: Recording, channel: str, blocks: _Blocks) -> dict[int, str]:
+    """Say for each block in which a channel moved how it did."""
     sensor, _, axis = channel.partition("_")
     unit, samples = UNITS[sensor], getattr(recording, sensor)[:, "xyz".index(axis)]
     step = _step(channel, unit, samples)
-    blocks = samples[: len(samples) // length * length].reshape(-1, length)
-    scatter = blocks.std(axis=1)
-    jump = np.abs(np.diff(blocks.mean(axis=1), prepend=blocks[:1].mean()))
+    scatter, means = blocks.scatter(samples), blocks.means(samples)
+    jump = np.abs(np.diff(means, prepend=means[0]))
     usual = float(np.median(scatter))
     if usual < step / 2:
         _warn(
@@ -128,14 +156,14 @@ def _step(channel: str, unit: str, samples: Floats) -> float:
             f"{channel} reads {values[0]:.6g} {unit} in every sample: there is no noise to measure; "
             "choose a finer range, or check the wiring"
         )
-    return float(np.diff(values).min(initial=np.inf)) if len(values) > 1 else 0.0
+    return float(np.diff(values).min()) if len(values) > 1 else 0.0
 
 
-def _warn_of_warming(recording: Recording, length: int) -> None:
+def _warn_of_warming(recording: Recording, blocks: _Blocks) -> None:
     if recording.temperature is None:
         return
-    blocks = recording.temperature[: len(recording) // length * length].reshape(-1, length).mean(axis=1)
-    low, high = float(blocks.min()), float(blocks.max())
+    means = blocks.means(recording.temperature)
+    low, high = float(means.min()), float(means.max())
     if high - low > WARMING:
         _warn(
             recording.name,
