@@ -509,7 +509,9 @@ def test_the_settings_are_those_that_track_takes(run: Run, table, tmp_path):
     assert settings.sensor.gyro_noise_density == pytest.approx(expected.gyro_noise_density, rel=1e-3)
     assert settings.replace(sensor=Sensor()) == Config()
     assert settings.sensor.gyro_bias_walk == Sensor().gyro_bias_walk
-    assert (tmp_path / "noise.toml").read_text().startswith("# Allan deviation of table.csv; white noise times 3,")
+    assert (
+        (tmp_path / "noise.toml").read_text().startswith("# Allan deviation of table.csv; white noise times 3 and bias")
+    )
     assert (tmp_path / "noise.png").read_bytes().startswith(b"\x89PNG")
 
 

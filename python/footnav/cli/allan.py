@@ -11,7 +11,7 @@ from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import noise_table
 from footnav.errors import ConfigError
 from footnav.export.atomic import replacing
-from footnav.noise import INFLATION, NoiseFigures
+from footnav.noise import INFLATION
 from footnav.plot import check_picture, plot_allan, save_figure
 from footnav.recording import Recording
 
@@ -35,7 +35,7 @@ def measure_noise(
     plot : Path, optional
         Picture of the Allan deviation: .png, .svg or .pdf.
     out : Path, optional
-        Settings of the sensor for footnav track --config, as TOML.
+        What was seen as settings for footnav track --config, as TOML; all others keep their defaults.
     inflation : tuple of float
         Factors of the white noise and of the bias walk in these settings, since a worn sensor is noisier than one that
         lies still; 2 3 unless given.
@@ -54,15 +54,14 @@ def measure_noise(
     with attending(file.name) as progress:
         deviation = allan(_read_one(file, reading), span, progress=progress)
         figures = deviation.fit()
-        settings = figures.settings(inflation)
+        settings = ["[sensor]", *(f"{key} = {value:.4g}" for key, value in figures.settings(inflation).items())]
         if plot is not None:
             save_figure(plot_allan(deviation, figures), plot)
         if out is not None:
-            _write_settings(figures, inflation, out)
+            _write([f"# Allan deviation of {file.name}; {_inflated(inflation)}.", *settings], out)
     print(f"{file.name}: {deviation.duration:,.0f} s at rest, averaged over up to {deviation.taus[-1]:,.4g} s")
     print_table(noise_table(figures))
-    print(f"For the filter, white noise times {inflation[0]:g} and bias walk times {inflation[1]:g}:")
-    print("\n".join(_toml(settings)))
+    print(f"For the filter, {_inflated(inflation)}:", *settings, sep="\n")
     written = [str(path) for path in (plot, out) if path is not None]
     if written:
         print(f"Written: {', '.join(written)}")
@@ -76,13 +75,10 @@ def _read_one(file: Path, reading: Reading) -> Recording:
     return next(iter(recordings.values()))
 
 
-def _write_settings(figures: NoiseFigures, inflation: tuple[float, float], path: Path) -> None:
-    """Write only what was measured, so that all other settings keep their defaults."""
-    white, walk = inflation
-    origin = f"# Allan deviation of {figures.name}; white noise times {white:g}, bias walk times {walk:g}."
+def _inflated(inflation: tuple[float, float]) -> str:
+    return f"white noise times {inflation[0]:g} and bias walk times {inflation[1]:g}"
+
+
+def _write(lines: list[str], path: Path) -> None:
     with replacing(path) as file:
-        file.write("\n".join([origin, *_toml(figures.settings(inflation)), ""]).encode())
-
-
-def _toml(settings: dict[str, float]) -> list[str]:
-    return ["[sensor]", *(f"{key} = {value:.4g}" for key, value in settings.items())]
+        file.write("".join(f"{line}\n" for line in lines).encode())
