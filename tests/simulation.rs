@@ -2,7 +2,7 @@
 
 use footnav::earth;
 use footnav::error::ConfigError;
-use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, TriadErrors, Walk, simulate};
+use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, TriadErrors, Walk, rest, simulate};
 use footnav::strapdown::{Increments, MechanizationKind, NavState};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -244,4 +244,22 @@ fn parameters_survive_being_written_and_refuse_unknown_keys() {
     survives_toml(&SimulationSettings::default());
     survives_toml(&Route::stairs(1, 4, 0.17, 0.28));
     assert_eq!(toml::from_str::<Gait>("").unwrap(), Gait::walk());
+}
+
+#[test]
+fn a_rest_reads_gravity_and_what_the_sensor_adds() {
+    let settings = SimulationSettings { rate_hz: 50.0, jitter: 0.1, seed: 4, ..SimulationSettings::default() };
+    let still = rest(2.0, &SensorErrors::ideal(), &settings).unwrap();
+    assert_eq!(still.len(), 101);
+    assert!(still.iter().all(|sample| sample.specific_force == Vector3::new(0.0, 0.0, settings.gravity)));
+    assert!(still.iter().all(|sample| sample.angular_rate == Vector3::zeros()));
+    let noisy = rest(2.0, &SensorErrors::mpu6050(), &settings).unwrap();
+    assert!(noisy.iter().zip(&still).all(|(noisy, still)| (noisy.time - still.time).abs() < 1e-12));
+    assert_ne!(noisy[0].angular_rate, noisy[1].angular_rate);
+    for duration in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            rest(duration, &SensorErrors::ideal(), &settings),
+            Err(ConfigError::OutOfRange { key: "duration", .. })
+        ));
+    }
 }

@@ -8,6 +8,7 @@ Examples
 """
 
 from footnav._core import __version__
+from footnav.allan import AllanDeviation, allan
 from footnav.config import (
     Alignment,
     Calibration,
@@ -41,8 +42,9 @@ from footnav.health import Health, Reason, Status
 from footnav.io import read
 from footnav.many import Outcome, track_many
 from footnav.navigator import Navigator, State
+from footnav.noise import AxisNoise, Figure, NoiseFigures
 from footnav.recording import Recording
-from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
+from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate, simulate_rest
 from footnav.stance import StanceDetector
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
@@ -51,7 +53,9 @@ __all__ = [
     "AccelerationMagnitude",
     "AdaptiveShoe",
     "Alignment",
+    "AllanDeviation",
     "AngularRateEnergy",
+    "AxisNoise",
     "Calibration",
     "Config",
     "ConfigError",
@@ -60,6 +64,7 @@ __all__ = [
     "Detection",
     "Diagnosis",
     "Evaluation",
+    "Figure",
     "Filter",
     "FootnavError",
     "FootnavWarning",
@@ -72,6 +77,7 @@ __all__ = [
     "Mechanization",
     "MovingVariance",
     "Navigator",
+    "NoiseFigures",
     "NumericalError",
     "Outcome",
     "Output",
@@ -91,12 +97,14 @@ __all__ = [
     "Waypoint",
     "WindowedEnergies",
     "__version__",
+    "allan",
     "detect",
     "diagnose",
     "evaluate",
     "load_config",
     "read",
     "simulate",
+    "simulate_rest",
     "track",
     "track_many",
 ]

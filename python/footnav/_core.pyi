@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Any, final
 
 import numpy as np
@@ -10,6 +11,7 @@ __all__ = [
     "Batch",
     "Navigator",
     "__version__",
+    "allan",
     "check_config",
     "default_config",
     "detect",
@@ -20,6 +22,7 @@ __all__ = [
     "route",
     "sensor_preset",
     "simulate",
+    "simulate_rest",
 ]
 
 __version__: str
@@ -79,7 +82,9 @@ def detect(
     gyro: NDArray[np.float64],
     detector: StanceDetector | None = None,
 ) -> dict[str, NDArray[Any]]: ...
+def allan(samples: NDArray[np.float64], progress: Callable[[float], object]) -> dict[str, NDArray[Any]]: ...
 def simulate(plan: bytes) -> dict[str, NDArray[Any]]: ...
+def simulate_rest(plan: bytes) -> dict[str, NDArray[Any]]: ...
 def gait_preset(name: str) -> str: ...
 def sensor_preset(name: str) -> str: ...
 def route(shape: str, sizes: list[float]) -> str: ...

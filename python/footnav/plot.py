@@ -1,4 +1,4 @@
-"""Pictures of a track.
+"""Pictures of a track, and of a sensor's noise.
 
 Every function draws on the axes it is given, or on a figure of its own that pyplot knows nothing of, and returns the
 axes or the figure; ``.figure.savefig(...)`` writes it.
@@ -19,6 +19,7 @@ from footnav.errors import ConfigError, DataError
 from footnav.evaluation import Truth, find_alignment, true_positions
 from footnav.export.atomic import replacing
 from footnav.export.library import require
+from footnav.recording import STANDARD_GRAVITY
 from footnav.steps import find_stances
 from footnav.trajectory import Trajectory
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from footnav.allan import AllanDeviation
+    from footnav.noise import NoiseFigures
     from footnav.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -39,7 +42,11 @@ TRUTH = "#D55E00"
 INK = "#333333"
 FAINT = "#767676"
 STANCE = "#DCE6EE"
+AXES = {"x": "#0072B2", "y": "#D55E00", "z": "#009E73"}
 BEHIND_TEXT = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}
+
+SHARE_DRAWN = 0.1
+"""Part of the variance from which on a kind of noise is drawn on its own."""
 
 
 def plot_track(traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw") -> Axes:
@@ -304,12 +311,98 @@ def save_overview(
     FootnavError
         When the file cannot be written, or matplotlib is missing.
     """
+    check_picture(path)
+    save_figure(overview(traj, truth, detection, title, align=align), path)
+
+
+def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -> Figure:
+    """Draw the Allan deviation of each axis over the averaging time, gyroscope above accelerometer.
+
+    Parameters
+    ----------
+    deviation : AllanDeviation
+        As `footnav.allan` returns it; drawn with the interval that holds the true one in 95 % of all recordings.
+    figures : NoiseFigures, optional
+        What was fitted: drawn dashed, and each kind of noise dotted where it makes up a tenth of the variance.
+
+    Returns
+    -------
+    Figure
+        Unknown to pyplot; s, deg/h and mg.
+
+    Raises
+    ------
+    FootnavError
+        When matplotlib is missing.
+    """
+    figure = _figure((7, 8))
+    panels = {
+        "gyro": ("gyroscope (deg/h)", np.degrees(3600.0)),
+        "accel": ("accelerometer (mg)", 1e3 / STANDARD_GRAVITY),
+    }
+    for ax, (sensor, (label, factor)) in zip(figure.subplots(2, sharex=True), panels.items(), strict=True):
+        _axes(ax, "averaging time (s)", f"Allan deviation of the {label}")
+        ax.set(xscale="log", yscale="log")
+        for column, channel in enumerate(deviation.channels):
+            if channel.startswith(sensor):
+                _draw_axis(ax, deviation, figures, column, factor)
+        ax.yaxis.get_major_locator().set_params(subs=(1, 2, 5))
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("")
+        ax.grid(visible=True, which="major", color="#EEEEEE", lw=0.6)
+        ax.set_axisbelow(True)
+        _legend_above(ax)
+        if figures is not None:
+            ax.set_title("dashed: fit, dotted: each noise alone", loc="right", fontsize=8, color=FAINT, pad=2)
+        ax.label_outer()
+    if deviation.name:
+        figure.suptitle(deviation.name, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
+    return figure
+
+
+def _draw_axis(ax: Axes, deviation: AllanDeviation, figures: NoiseFigures | None, column: int, factor: float) -> None:
+    """Draw one channel, `factor` times in size."""
+    taus, axis = deviation.taus, deviation.channels[column][-1]
+    color = AXES[axis]
+    ax.fill_between(
+        taus, factor * deviation.low[:, column], factor * deviation.high[:, column], color=color, alpha=0.15, lw=0
+    )
+    ax.plot(taus, factor * deviation.deviations[:, column], color=color, lw=1.2, label=axis)
+    if figures is not None:
+        terms = figures.axes[column].deviations(taus)
+        total = np.linalg.norm(terms, axis=1)
+        ax.plot(taus, factor * total, color=color, lw=0.8, dashes=(4, 2))
+        weighty = np.where(terms**2 > SHARE_DRAWN * total[:, None] ** 2, terms, np.nan)
+        ax.plot(taus, factor * weighty, color=color, lw=0.9, ls=":")
+
+
+def check_picture(path: str | PathLike[str]) -> None:
+    """Raise ConfigError for a file whose suffix names no picture."""
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
         raise ConfigError(f"{path}: unknown suffix {suffix!r}, expected one of {', '.join(PICTURES)}")
-    figure = overview(traj, truth, detection, title, align=align)
+
+
+def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
+    """Write a figure to a picture, whole or not at all.
+
+    Parameters
+    ----------
+    figure : Figure
+        What to write.
+    path : path
+        ``.png``, ``.svg`` or ``.pdf``.
+
+    Raises
+    ------
+    ConfigError
+        For another suffix.
+    FootnavError
+        When the file cannot be written.
+    """
+    check_picture(path)
     with replacing(path) as file:
-        figure.savefig(file, format=suffix[1:], dpi=150)
+        figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=150)
 
 
 def _figure(size: tuple[float, float]) -> Figure:

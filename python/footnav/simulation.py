@@ -164,6 +164,8 @@ class TriadErrors(Section, frozen=True, kw_only=True):
         Standard deviation of a bias that is drawn for each axis and added to `bias`, u.
     bias_walk : float
         Random walk of the bias, u/√s.
+    bias_instability : float
+        Bias instability B, u: flicker noise whose Allan deviation has its floor at 0.664 B.
     noise_density : float
         White noise, u/√Hz.
     matrix : tuple of 3 rows
@@ -179,6 +181,7 @@ class TriadErrors(Section, frozen=True, kw_only=True):
     bias: Vector = (0.0, 0.0, 0.0)
     bias_std: float = 0.0
     bias_walk: float = 0.0
+    bias_instability: float = 0.0
     noise_density: float = 0.0
     matrix: Matrix = IDENTITY
     scale_std: float = 0.0
@@ -290,6 +293,45 @@ def simulate(
         name=f"truth of {name}",
     )
     return recording, truth
+
+
+def simulate_rest(
+    duration: float,
+    sensor: SensorErrors | str = "mpu6050",
+    seed: int = 0,
+    *,
+    rate_hz: float = 200.0,
+    gravity: float | None = None,
+) -> Recording:
+    """Leave a sensor on a table, its z axis up, and record it.
+
+    Parameters
+    ----------
+    duration : float
+        How long, s.
+    sensor : SensorErrors or str
+        What the sensor gets wrong; a string names a preset.
+    seed : int
+        The same seed gives the same sensor and the same noise.
+    rate_hz : float
+        Samples per second.
+    gravity : float, optional
+        m/s²; the default is that of ``Config()``.
+
+    Returns
+    -------
+    Recording
+        What the sensor reads.
+
+    Raises
+    ------
+    ConfigError
+        A parameter that makes no sense, by name.
+    """
+    sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
+    settings = {"rate_hz": rate_hz, "seed": seed} | ({} if gravity is None else {"gravity": gravity})
+    columns = _core.simulate_rest(encode({"duration": duration, "sensor": sensor, "settings": settings}))
+    return Recording(**columns, name=f"simulated {seed}", accel_range=sensor.accel.range, gyro_range=sensor.gyro.range)
 
 
 def _route(shape: str, *sizes: float) -> Route:

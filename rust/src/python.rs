@@ -12,6 +12,7 @@ use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::python::detector::PyDetector;
 use crate::sample::ImuSample;
 
+mod allan;
 mod batch;
 mod detector;
 mod navigator;
@@ -51,7 +52,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
+    module.add_function(wrap_pyfunction!(allan::allan, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::simulate_rest, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::gait_preset, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::sensor_preset, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::route, module)?)?;

@@ -5,11 +5,12 @@
 //! doing, or the sensor's.
 //!
 //! - [`Route`]: where to;  [`Gait`]: how;  [`SensorErrors`]: with what sensor;  [`SimulationSettings`]: how often, and on what Earth.
-//! - [`simulate`] makes the [`Walk`].
+//! - [`simulate`] makes the [`Walk`];  [`rest`] leaves the sensor on a table.
 //!
 //! The walk, the errors of the sensor and the jitter of the stamps have random streams of their own: a change of the sensor does not change the walk.
 
 mod draw;
+mod flicker;
 mod footing;
 mod gait;
 mod motion;
@@ -19,6 +20,8 @@ mod settings;
 mod stride;
 mod timed;
 mod tremor;
+
+use std::iter;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -31,8 +34,12 @@ use self::draw::Cause;
 use self::motion::Motion;
 use self::sensor::Sensor;
 use crate::error::ConfigError;
+use crate::limits;
 use crate::sample::ImuSample;
 use crate::strapdown::{Increments, NavState, Strapdown};
+
+/// Longest rest that is simulated, s.
+const LONGEST_REST: f64 = 1e6;
 
 /// Samples and truth of a simulated walk, one row per sample in each.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,6 +100,26 @@ pub fn simulate(
         walk.accel_bias.push(accel_bias);
     }
     Ok(walk)
+}
+
+/// What a sensor that lies still with its z axis up reads for `duration` (s), as on a table.
+///
+/// # Errors
+/// [`ConfigError::OutOfRange`] with the first parameter that makes no sense.
+pub fn rest(
+    duration: f64,
+    errors: &SensorErrors,
+    settings: &SimulationSettings,
+) -> Result<Vec<ImuSample>, ConfigError> {
+    limits::within("duration", duration, 0.0..=LONGEST_REST, "0 to 1e6 s")?;
+    errors.validate()?;
+    settings.validate()?;
+    let mut sensor = Sensor::draw(errors, draw::stream(settings.seed, Cause::Sensor));
+    let stamps = settings.stamps(duration, &mut draw::stream(settings.seed, Cause::Clock));
+    let before = stamps[0] - 1.0 / settings.rate_hz;
+    let intervals = iter::once(before).chain(stamps.iter().copied()).zip(&stamps).map(|(from, to)| to - from);
+    let reading = |(&time, dt)| sensor.read(&ImuSample::new(time, [0.0, 0.0, settings.gravity], [0.0; 3]), dt);
+    Ok(stamps.iter().zip(intervals).map(reading).collect())
 }
 
 impl Walk {

@@ -2,6 +2,7 @@
 
 import dataclasses
 import io
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,7 +12,29 @@ from rich.table import Table
 from rich.text import Text
 
 from footnav.evaluation import Evaluation
+from footnav.noise import AxisNoise, Figure, NoiseFigures
+from footnav.recording import STANDARD_GRAVITY
 from footnav.trajectory import Summary
+
+_DEGREE = 180 / math.pi
+_HOUR = 3600.0
+_MILLI_G = 1e3 / STANDARD_GRAVITY
+
+_NOISE_UNITS = {
+    "gyro": (
+        ("quantization", "rad", ("deg", _DEGREE)),
+        ("angle random walk", "rad/s/sqrt(Hz)", ("deg/sqrt(h)", _DEGREE * _HOUR**0.5)),
+        ("bias instability", "rad/s", ("deg/h", _DEGREE * _HOUR)),
+        ("bias random walk", "rad/s/sqrt(s)", ("deg/h/sqrt(h)", _DEGREE * _HOUR**1.5)),
+    ),
+    "accel": (
+        ("quantization", "m/s", ("mm/s", 1e3)),
+        ("velocity random walk", "m/s^2/sqrt(Hz)", ("m/s/sqrt(h)", _HOUR**0.5)),
+        ("bias instability", "m/s^2", ("mg", _MILLI_G)),
+        ("bias random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
+    ),
+}
+"""What each term of the noise is called, its SI unit, and that of data sheets with how many of them make one in SI."""
 
 
 def describe(summary: Summary, written: Sequence[Path]) -> str:
@@ -92,6 +115,40 @@ def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: f
     table.add_row("closing error, of the distance", f"{evaluation.percent_of_distance:.2f} %")
     table.add_row("speed", f"{rate:,.0f} samples/s")
     return table
+
+
+def noise_table(figures: NoiseFigures) -> Table:
+    """Put the noise of the axes side by side, in the units of data sheets and in SI.
+
+    Parameters
+    ----------
+    figures : NoiseFigures
+        Of a sensor.
+
+    Returns
+    -------
+    Table
+        A row for each term, with intervals of 95 %, or upper limits of what was not seen; and one in SI if it was seen.
+    """
+    table = _table("", "unit", "x", "y", "z")
+    for sensor, terms in _NOISE_UNITS.items():
+        axes = [axis for axis in figures.axes if axis.channel.startswith(sensor)]
+        for term, (title, unit, (sheet_unit, factor)) in enumerate(terms):
+            table.add_row(f"{sensor} {title}", sheet_unit, *(_interval(axis, term, factor) for axis in axes))
+            if any(axis.terms[term].value is not None for axis in axes):
+                table.add_row("", unit, *(_value(axis.terms[term]) for axis in axes))
+    return table
+
+
+def _interval(axis: AxisNoise, term: int, factor: float) -> str:
+    figure = axis.terms[term].scaled(factor)
+    if figure.value is None:
+        return f"not seen, < {figure.high:.2g}"
+    return f"{figure.value:.3g} ({figure.low:.3g} to {figure.high:.3g})"
+
+
+def _value(figure: Figure) -> str:
+    return "" if figure.value is None else f"{figure.value:.3g}"
 
 
 def as_text(table: Table) -> str:

@@ -27,6 +27,27 @@ pub(super) fn simulate<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py,
     columns(py, &walk)
 }
 
+/// What a rest needs.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RestPlan {
+    duration: f64,
+    sensor: SensorErrors,
+    settings: SimulationSettings,
+}
+
+/// The samples of a sensor that lies still, column by column.
+#[pyfunction]
+pub(super) fn simulate_rest<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py, PyDict>> {
+    let RestPlan { duration, sensor, settings } = from_json(plan)?;
+    let samples = py.detach(|| crate::simulation::rest(duration, &sensor, &settings))?;
+    let fields = PyDict::new(py);
+    fields.set_item("t", PyArray1::from_iter(py, samples.iter().map(|sample| sample.time)))?;
+    fields.set_item("accel", matrix(py, samples.iter().map(|sample| sample.specific_force.into()).collect())?)?;
+    fields.set_item("gyro", matrix(py, samples.iter().map(|sample| sample.angular_rate.into()).collect())?)?;
+    Ok(fields)
+}
+
 /// The parameters of a gait preset as JSON.
 #[pyfunction]
 pub(super) fn gait_preset(name: &str) -> PyResult<String> {

@@ -14,6 +14,8 @@ pub(super) enum Cause {
     Gait = 1,
     Sensor = 2,
     Clock = 3,
+    AccelInstability = 4,
+    GyroInstability = 5,
 }
 
 /// The generator of one cause.
@@ -21,6 +23,13 @@ pub(super) fn stream(seed: u64, cause: Cause) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(cause as u64);
     random
+}
+
+/// The generator of another cause with the seed of `random`, from its start.
+pub(super) fn beside(random: &ChaCha8Rng, cause: Cause) -> ChaCha8Rng {
+    let mut other = ChaCha8Rng::from_seed(random.get_seed());
+    other.set_stream(cause as u64);
+    other
 }
 
 /// Standard normal.

@@ -9,7 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::draw;
+use super::draw::{self, Cause};
+use super::flicker::Flicker;
 use crate::error::ConfigError;
 use crate::limits;
 use crate::sample::ImuSample;
@@ -39,6 +40,8 @@ pub struct TriadErrors {
     pub bias_std: f64,
     /// Random walk of the bias, u/sqrt(s).
     pub bias_walk: f64,
+    /// Bias instability B, u: flicker noise whose Allan deviation has its floor at 0.664 B.
+    pub bias_instability: f64,
     /// White noise, u/sqrt(Hz): the mean over an interval of dt (s) has the standard deviation `noise_density / sqrt(dt)`.
     pub noise_density: f64,
     /// Scale factors and misalignment, row by row.
@@ -59,6 +62,7 @@ impl Default for TriadErrors {
             bias: Vector3::zeros(),
             bias_std: 0.0,
             bias_walk: 0.0,
+            bias_instability: 0.0,
             noise_density: 0.0,
             matrix: IDENTITY,
             scale_std: 0.0,
@@ -216,6 +220,7 @@ struct Keys {
     bias: &'static str,
     bias_std: &'static str,
     bias_walk: &'static str,
+    bias_instability: &'static str,
     noise_density: &'static str,
     matrix: &'static str,
     scale_std: &'static str,
@@ -228,6 +233,7 @@ const ACCEL_KEYS: Keys = Keys {
     bias: "sensor.accel.bias",
     bias_std: "sensor.accel.bias_std",
     bias_walk: "sensor.accel.bias_walk",
+    bias_instability: "sensor.accel.bias_instability",
     noise_density: "sensor.accel.noise_density",
     matrix: "sensor.accel.matrix",
     scale_std: "sensor.accel.scale_std",
@@ -240,6 +246,7 @@ const GYRO_KEYS: Keys = Keys {
     bias: "sensor.gyro.bias",
     bias_std: "sensor.gyro.bias_std",
     bias_walk: "sensor.gyro.bias_walk",
+    bias_instability: "sensor.gyro.bias_instability",
     noise_density: "sensor.gyro.noise_density",
     matrix: "sensor.gyro.matrix",
     scale_std: "sensor.gyro.scale_std",
@@ -254,6 +261,7 @@ impl TriadErrors {
         limits::finite(keys.matrix, self.matrix.as_flattened())?;
         not_negative(keys.bias_std, self.bias_std)?;
         not_negative(keys.bias_walk, self.bias_walk)?;
+        not_negative(keys.bias_instability, self.bias_instability)?;
         not_negative(keys.noise_density, self.noise_density)?;
         not_negative(keys.scale_std, self.scale_std)?;
         not_negative(keys.misalignment_std, self.misalignment_std)?;
@@ -272,26 +280,33 @@ struct Triad {
     errors: TriadErrors,
     matrix: Matrix3<f64>,
     bias: Vector3<f64>,
+    flicker: Flicker,
 }
 
 impl Triad {
     /// Every number is drawn whatever the standard deviations are, so that a change of one leaves the other draws as they were.
-    fn draw(errors: &TriadErrors, random: &mut ChaCha8Rng) -> Self {
+    fn draw(errors: &TriadErrors, instability: Cause, random: &mut ChaCha8Rng) -> Self {
         let drawn = Matrix3::from_fn(|row, column| {
             let std = if row == column { errors.scale_std } else { errors.misalignment_std };
             std * draw::normal(random)
         });
         let given = Matrix3::from_row_slice(errors.matrix.as_flattened());
         let bias = errors.bias + errors.bias_std * draw::normals(random);
-        Self { errors: *errors, matrix: given * (Matrix3::identity() + drawn), bias }
+        let flicker = Flicker::draw(errors.bias_instability, draw::beside(random, instability));
+        Self { errors: *errors, matrix: given * (Matrix3::identity() + drawn), bias, flicker }
     }
 
     /// The reading of an interval of `dt` (s), after which the bias has moved on.
     fn read(&mut self, truth: &Vector3<f64>, dt: f64, random: &mut ChaCha8Rng) -> Vector3<f64> {
         let noise = self.errors.noise_density / dt.sqrt() * draw::normals(random);
-        let reading = self.matrix * truth + self.bias + noise;
+        let reading = self.matrix * truth + self.bias_now() + noise;
+        self.flicker.advance(dt);
         self.bias += self.errors.bias_walk * dt.sqrt() * draw::normals(random);
         reading.map(|value| self.errors.digitize(value))
+    }
+
+    fn bias_now(&self) -> Vector3<f64> {
+        self.bias + self.flicker.value()
     }
 }
 
@@ -312,15 +327,15 @@ pub(super) struct Sensor {
 
 impl Sensor {
     pub(super) fn draw(errors: &SensorErrors, mut random: ChaCha8Rng) -> Self {
-        let accel = Triad::draw(&errors.accel, &mut random);
-        let gyro = Triad::draw(&errors.gyro, &mut random);
+        let accel = Triad::draw(&errors.accel, Cause::AccelInstability, &mut random);
+        let gyro = Triad::draw(&errors.gyro, Cause::GyroInstability, &mut random);
         let g_sensitivity = errors.gyro_g_sensitivity_std * Matrix3::from_fn(|_, _| draw::normal(&mut random));
         Self { accel, gyro, g_sensitivity, random }
     }
 
     /// The bias of the next reading: gyroscopes (rad/s), accelerometers (m/s²).
     pub(super) fn biases(&self) -> (Vector3<f64>, Vector3<f64>) {
-        (self.gyro.bias, self.accel.bias)
+        (self.gyro.bias_now(), self.accel.bias_now())
     }
 
     /// The reading of an interval of `dt` (s) whose true means are `truth`.
@@ -337,6 +352,7 @@ impl Sensor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::allan::Integral;
 
     const DT: f64 = 0.01;
 
@@ -377,6 +393,35 @@ mod tests {
         let steps = readings.windows(2).map(|pair| (pair[1].angular_rate - pair[0].angular_rate).norm_squared());
         let std = (steps.sum::<f64>() / 12_000.0).sqrt();
         assert!((std / (0.1 * DT.sqrt()) - 1.0).abs() < 0.03, "{std}");
+    }
+
+    #[test]
+    fn the_bias_instability_is_the_floor_of_the_allan_deviation() {
+        let instability = 0.1;
+        let errors = gyro(TriadErrors { bias_instability: instability, ..TriadErrors::default() });
+        let readings = readings(&errors, &moving(), 100_000);
+        for axis in 0..3 {
+            let samples: Vec<f64> = readings.iter().map(|reading| reading.angular_rate[axis]).collect();
+            let integral = Integral::new(&samples);
+            let floor = (2.0 * std::f64::consts::LN_2 / std::f64::consts::PI).sqrt() * instability;
+            for factor in [100, 300, 1000] {
+                let deviation = integral.deviation(factor);
+                assert!((deviation / floor - 1.0).abs() < 0.15, "axis {axis}, {factor} samples: {deviation}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_unstable_bias_leaves_the_noise_as_it_was() {
+        let noisy = TriadErrors { noise_density: 0.01, bias_walk: 0.1, ..TriadErrors::default() };
+        let unstable = gyro(TriadErrors { bias_instability: 0.2, ..noisy });
+        let mut sensor = Sensor::draw(&unstable, draw::stream(3, Cause::Sensor));
+        for steady in readings(&gyro(noisy), &moving(), 5) {
+            let flicker = sensor.gyro.flicker.value();
+            let reading = sensor.read(&moving(), DT).angular_rate;
+            assert!(flicker.norm() > 0.0);
+            assert!((reading - flicker - steady.angular_rate).norm() < 1e-12);
+        }
     }
 
     #[test]
