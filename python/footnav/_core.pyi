@@ -9,7 +9,10 @@ from footnav.stance import StanceDetector
 __all__ = [
     "Navigator",
     "__version__",
+    "calibrate",
+    "calibration_at",
     "check_config",
+    "corrupt",
     "default_config",
     "detect",
     "gait_preset",
@@ -73,6 +76,13 @@ def detect(
     gyro: NDArray[np.float64],
     detector: StanceDetector | None = None,
 ) -> dict[str, NDArray[Any]]: ...
+def calibrate(
+    calibration: bytes, raw: NDArray[np.float64], temperature: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]: ...
+def calibration_at(calibration: bytes, temperature: float | None = None) -> str: ...
+def corrupt(
+    sensor: bytes, seed: int, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def simulate(plan: bytes) -> dict[str, NDArray[Any]]: ...
 def gait_preset(name: str) -> str: ...
 def sensor_preset(name: str) -> str: ...

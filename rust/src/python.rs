@@ -12,6 +12,7 @@ use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::python::detector::PyDetector;
 use crate::sample::ImuSample;
 
+mod calibration;
 mod detector;
 mod navigator;
 mod simulation;
@@ -49,6 +50,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::calibration_at, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::corrupt, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::gait_preset, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::sensor_preset, module)?)?;
