@@ -84,14 +84,18 @@ def calibrate_accel(
     check_setup(walks, setup)
     standard = Config(mechanization=Mechanization(gravity=gravity, latitude_deg=latitude_deg)).gravity
     rests = [find_rests(recording, initial) for recording in walks]
-    accel = fit_accel(pooled(rests), standard, ", ".join(recording.name for recording in walks))
-    accel = accel.replace(**origin(walks, "accel"))
-    gyro = fit_rotations(walks, rests, accel) or bias_of_rests(pooled(rests))
-    gyro = gyro.replace(**origin(walks, "gyro"))
-    return SensorCalibration(device=device, gravity=standard, mpu6050=setup, accel=accel, gyro=gyro)
+    found = fit_accel(pooled(rests), standard, ", ".join(recording.name for recording in walks))
+    gyro = fit_rotations(walks, rests, found, unpack) or bias_of_rests(pooled(rests))
+    return SensorCalibration(
+        device=device,
+        gravity=standard,
+        mpu6050=setup,
+        accel=_triad(found, len(pooled(rests))).replace(**origin(walks, "accel")),
+        gyro=gyro.replace(**origin(walks, "gyro")),
+    )
 
 
-def fit_accel(rests: Rests, gravity: float, name: str = "") -> Triad:
+def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
     """Find bias, scale and misalignment from rests (Tedaldi et al., eq. 10).
 
     Parameters
@@ -105,8 +109,8 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Triad:
 
     Returns
     -------
-    Triad
-        The matrix is lower triangular.
+    Fit
+        Of the parameters that `unpack` takes apart.
 
     Raises
     ------
@@ -118,14 +122,25 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Triad:
     _check_poses(rests, label)
 
     def excess(parameters: Floats) -> Floats:
-        matrix, bias = _unpack(parameters)
+        matrix, bias = unpack(parameters)
         return np.linalg.norm((rests.accel - bias) @ matrix.T, axis=1) - gravity
 
     start = np.concatenate([np.eye(3)[LOWER], _middle(rests.accel, gravity)])
     found = fit(excess, start, rests.accel_std + 1e-9)
-    matrix, bias = _unpack(found.parameters)
-    _check_result(found, bias, label)
-    matrix_std, bias_std = _unpack(found.std)
+    _check_result(found, label)
+    return found
+
+
+def unpack(parameters: Floats) -> tuple[Floats, Floats]:
+    """Return the lower triangular matrix, shape (3, 3), and the bias, shape (3,), that nine parameters stand for."""
+    matrix = np.zeros((3, 3))
+    matrix[LOWER] = parameters[:6]
+    return matrix, parameters[6:]
+
+
+def _triad(found: Fit, observations: int) -> Triad:
+    matrix, bias = unpack(found.parameters)
+    matrix_std, bias_std = unpack(found.std)
     return Triad(
         matrix=as_matrix(matrix),
         bias=as_vector(bias),
@@ -133,15 +148,8 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Triad:
         bias_std=as_vector(bias_std),
         residual=found.residual,
         condition=found.condition,
-        observations=len(rests),
+        observations=observations,
     )
-
-
-def _unpack(parameters: Floats) -> tuple[Floats, Floats]:
-    """Return the lower triangular matrix and the bias."""
-    matrix = np.zeros((3, 3))
-    matrix[LOWER] = parameters[:6]
-    return matrix, parameters[6:]
 
 
 def _middle(accel: Floats, gravity: float) -> Floats:
@@ -182,8 +190,8 @@ def _offset(accel: Floats) -> Floats:
     return np.where(spread > 12.0, middle, 0.0)
 
 
-def _check_result(found: Fit, bias: Floats, label: str) -> None:
-    problem = mpu6050.explain_bias(as_vector(bias))
+def _check_result(found: Fit, label: str) -> None:
+    problem = mpu6050.explain_bias(as_vector(unpack(found.parameters)[1]))
     if problem:
         raise DataError(f"{label}: {problem}")
     if found.condition > WORST_CONDITION:

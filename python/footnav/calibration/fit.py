@@ -20,8 +20,10 @@ class Fit:
 
     Attributes
     ----------
-    parameters, std : ndarray, shape (p,)
-        Parameters and their standard deviations.
+    parameters : ndarray, shape (p,)
+        The parameters.
+    covariance : ndarray, shape (p, p)
+        Their covariance.
     residual : float
         Weighted root mean square of the residuals, in their own unit.
     condition : float
@@ -29,9 +31,14 @@ class Fit:
     """
 
     parameters: Floats
-    std: Floats
+    covariance: Floats
     residual: float
     condition: float
+
+    @property
+    def std(self) -> Floats:
+        """Standard deviation of each parameter, shape (p,)."""
+        return np.sqrt(np.diag(self.covariance))
 
 
 def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fit:
@@ -77,7 +84,7 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(1.0, squares / spare)
     return Fit(
         parameters=found.x,
-        std=np.sqrt(np.diag(covariance)),
+        covariance=covariance,
         residual=float(np.sqrt((weight * (found.fun * std) ** 2).mean())),
         condition=_condition(jacobian),
     )

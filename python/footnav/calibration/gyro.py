@@ -8,16 +8,16 @@ does to the gyroscope.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from footnav.calibration.fit import fit
+from footnav.calibration.fit import Fit, fit
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.calibration.mpu6050 import Setup
 from footnav.calibration.origin import as_recordings, check_setup, origin
-from footnav.calibration.static import BLOCK, Rests, check_rest
+from footnav.calibration.static import BLOCK, Rests, check_rest, pooled
 from footnav.recording import Floats, Recording
 from footnav.triad import as_matrix, as_vector
 
@@ -80,8 +80,16 @@ def bias_of_rests(rests: Rests) -> Triad:
     )
 
 
-def fit_rotations(recordings: Sequence[Recording], rests: Sequence[Rests], accel: Triad) -> Triad | None:
+def fit_rotations(
+    recordings: Sequence[Recording],
+    rests: Sequence[Rests],
+    accel: Fit,
+    unpack: Callable[[Floats], tuple[Floats, Floats]],
+) -> Triad | None:
     """Find scale and misalignment of the gyroscope from the turns between rests (Tedaldi et al., eq. 17).
+
+    The parameters of the accelerometer take part, held by what their own fit found, so that its uncertainty goes over
+    into the gyroscope's.
 
     Parameters
     ----------
@@ -89,37 +97,42 @@ def fit_rotations(recordings: Sequence[Recording], rests: Sequence[Rests], accel
         The recordings.
     rests : sequence of Rests
         The rests of each.
-    accel : Triad
-        Calibration of the accelerometer.
+    accel : Fit
+        Of the accelerometer.
+    unpack : callable
+        Returns matrix and bias of the accelerometer's parameters.
 
     Returns
     -------
     Triad or None
         Corrects rates to the frame of the corrected accelerometer; None where the turns do not tell all nine elements.
     """
-    turns = _turns(recordings, rests, accel)
+    turns = _turns(recordings, rests)
     if turns is None:
         return None
-
-    across = _across(turns.after)
+    hold = np.linalg.pinv(np.linalg.cholesky(accel.covariance + 1e-24 * np.eye(len(accel.parameters))))
+    across = _across(_up(turns.after, *unpack(accel.parameters)))
 
     def misses(parameters: Floats) -> Floats:
-        miss = turns.carried(parameters.reshape(3, 3)) - turns.after
-        return (miss[:, None, :] @ across).ravel()
+        matrix, held = parameters[:9].reshape(3, 3), parameters[9:]
+        before, after = (_up(rest, *unpack(held)) for rest in (turns.before, turns.after))
+        miss = turns.carry(matrix, before) - after
+        return np.concatenate([(miss[:, None, :] @ across).ravel(), hold @ (held - accel.parameters)])
 
-    std = np.repeat(turns.std, 2)
-    found = fit(misses, np.eye(3).ravel(), std)
+    start = np.concatenate([np.eye(3).ravel(), accel.parameters])
+    std = np.concatenate([np.repeat(turns.std, 2), np.ones(len(accel.parameters))])
+    found = fit(misses, start, std)
     if found.condition > WORST_CONDITION:
         return None
-    bias = np.concatenate([each.gyro for each in rests])
+    left = misses(found.parameters)[: 2 * len(turns.std)]
     return Triad(
-        matrix=as_matrix(found.parameters.reshape(3, 3)),
-        bias=as_vector(bias.mean(axis=0)),
-        matrix_std=as_matrix(found.std.reshape(3, 3)),
-        bias_std=as_vector(bias.std(axis=0, ddof=1) / np.sqrt(len(bias))),
-        residual=found.residual,
+        matrix=as_matrix(found.parameters[:9].reshape(3, 3)),
+        bias=as_vector(pooled(rests).gyro.mean(axis=0)),
+        matrix_std=as_matrix(found.std[:9].reshape(3, 3)),
+        bias_std=as_vector(_std_of_bias(pooled(rests))),
+        residual=float(np.sqrt(np.square(left).mean())),
         condition=found.condition,
-        observations=len(turns.after),
+        observations=len(turns.std),
     )
 
 
@@ -132,9 +145,9 @@ class _Turns:
     angles : ndarray, shape (k, n, 3)
         Rate less bias, times the interval that the sample ends, rad; zero where a turn is over.
     before, after : ndarray, shape (k, 3)
-        Up, from the accelerometer.
+        Mean reading of the accelerometer in the rests around it, m/s².
     std : ndarray, shape (k,)
-        Standard deviation of the difference of the directions, rad.
+        Standard deviation of the difference of the two directions of up, rad.
     """
 
     angles: Floats
@@ -142,38 +155,56 @@ class _Turns:
     after: Floats
     std: Floats
 
-    def carried(self, matrix: Floats) -> Floats:
-        """Return where the gyroscope, corrected by a matrix, says that up went, shape (k, 3)."""
+    def carry(self, matrix: Floats, up: Floats) -> Floats:
+        """Return where the gyroscope, corrected by a matrix, says that the direction `up` went, shape (k, 3)."""
         turned = _product(_quaternions(_with_coning(self.angles @ matrix.T)))
-        return _turn_back(turned, self.before)
+        return _turn_back(turned, up)
 
 
-def _turns(recordings: Sequence[Recording], rests: Sequence[Rests], accel: Triad) -> _Turns | None:
+def _turns(recordings: Sequence[Recording], rests: Sequence[Rests]) -> _Turns | None:
     """Collect the turns, or None where they are too few or too small about an axis."""
-    angles: list[Floats] = []
-    ends: list[tuple[Floats, Floats, float]] = []
-    for recording, each in zip(recordings, rests, strict=True):
-        up = accel.replace(thermal=None).correct(each.accel)
-        length = np.linalg.norm(up, axis=1, keepdims=True)
-        tilt_std = each.accel_std / length[:, 0]
-        for k in range(len(each) - 1):
-            between = slice(each.stop[k] - 1, each.start[k + 1] + 1)
-            if recording.t[between][-1] - recording.t[between][0] > LONGEST_TURN:
-                continue
-            rate = recording.gyro[between][1:] - (each.gyro[k] + each.gyro[k + 1]) / 2
-            angles.append(rate * np.diff(recording.t[between])[:, None])
-            drift = (each.gyro_std[k] + each.gyro_std[k + 1]) * len(angles[-1]) / recording.rate_hz
-            std = float(np.sqrt(tilt_std[k] ** 2 + tilt_std[k + 1] ** 2 + drift**2))
-            ends.append((up[k] / length[k], up[k + 1] / length[k + 1], std))
-    if len(angles) < FEWEST_TURNS:
+    pairs = [
+        (recording, each, k)
+        for recording, each in zip(recordings, rests, strict=True)
+        for k in range(len(each) - 1)
+        if recording.t[each.start[k + 1]] - recording.t[each.stop[k] - 1] <= LONGEST_TURN
+    ]
+    if len(pairs) < FEWEST_TURNS:
         return None
+    angles = [turn_angles(*pair) for pair in pairs]
     if min(sum(np.abs(turn.sum(axis=0)) for turn in angles)) < LEAST_TURN:
         return None
     padded = np.zeros((len(angles), max(map(len, angles)), 3))
     for row, turn in zip(padded, angles, strict=True):
         row[: len(turn)] = turn
-    before, after, std_all = (np.array(column) for column in zip(*ends, strict=True))
-    return _Turns(padded, before, after, np.maximum(std_all, 1e-9))
+    return _Turns(
+        padded,
+        before=np.array([each.accel[k] for _, each, k in pairs]),
+        after=np.array([each.accel[k + 1] for _, each, k in pairs]),
+        std=np.array([_std_of_turn(*pair) for pair in pairs]),
+    )
+
+
+def turn_angles(recording: Recording, rests: Rests, k: int) -> Floats:
+    """Return rate less bias, times interval, of the samples between rest k and the next one, shape (n, 3), rad."""
+    between = slice(rests.stop[k] - 1, rests.start[k + 1] + 1)
+    rate = recording.gyro[between][1:] - (rests.gyro[k] + rests.gyro[k + 1]) / 2
+    return rate * np.diff(recording.t[between])[:, None]
+
+
+def _std_of_turn(recording: Recording, rests: Rests, k: int) -> float:
+    """Return how far the directions of up may miss each other by noise, rad: of both rests, and of the bias."""
+    two = slice(k, k + 2)
+    tilt = rests.accel_std[two] / np.linalg.norm(rests.accel[two], axis=1)
+    drift = rests.gyro_std[two] / 2 * (recording.t[rests.start[k + 1]] - recording.t[rests.stop[k] - 1])
+    return float(np.sqrt(np.square(tilt).sum() + np.square(drift).sum())) + 1e-9
+
+
+def _up(readings: Floats, matrix: Floats, bias: Floats) -> Floats:
+    """Return the direction of corrected readings, shape (k, 3)."""
+    corrected = (readings - bias) @ matrix.T
+    direction: Floats = corrected / np.linalg.norm(corrected, axis=1, keepdims=True)
+    return direction
 
 
 def _with_coning(angles: Floats) -> Floats:
@@ -229,9 +260,10 @@ def _bias_only(bias: Floats, std: Floats, observations: int, note: str) -> Triad
 
 
 def _std_of_bias(rests: Rests) -> Floats:
+    """Return the scatter from rest to rest: the bias walks and feels gravity, so that no mean is surer than that."""
     if len(rests) < 2:
         return np.full(3, rests.gyro_std[0])
-    return rests.gyro.std(axis=0, ddof=1) / np.sqrt(len(rests))
+    return rests.gyro.std(axis=0, ddof=1)
 
 
 def _block_means(recording: Recording) -> Floats:
