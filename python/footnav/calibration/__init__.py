@@ -7,15 +7,27 @@
 
 from footnav.calibration.accel import calibrate_accel
 from footnav.calibration.gyro import calibrate_gyro
+from footnav.calibration.imucal import load_imucal
+from footnav.calibration.kalibr import KalibrImu, load_kalibr, save_kalibr
+from footnav.calibration.mag import calibrate_mag
 from footnav.calibration.model import SensorCalibration, TemperatureModel, Triad, load_calibration
 from footnav.calibration.simulation import simulate_poses
+from footnav.calibration.six_position import calibrate_six_position
+from footnav.calibration.temperature import calibrate_temperature
 
 __all__ = [
+    "KalibrImu",
     "SensorCalibration",
     "TemperatureModel",
     "Triad",
     "calibrate_accel",
     "calibrate_gyro",
+    "calibrate_mag",
+    "calibrate_six_position",
+    "calibrate_temperature",
     "load_calibration",
+    "load_imucal",
+    "load_kalibr",
+    "save_kalibr",
     "simulate_poses",
 ]

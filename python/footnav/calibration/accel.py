@@ -3,9 +3,9 @@
 At rest a correct accelerometer reads gravity, whichever way it lies.  Bias, scale and misalignment are what makes it so
 in all poses: the first stage of D. Tedaldi, A. Pretto, E. Menegatti, "A robust and easy to implement method for IMU
 calibration without external equipments", ICRA 2014, eq. 10.  Two choices differ from the paper.  The residual is the
-difference of the magnitudes, not of their squares, so that it is in m/s².  The product T K of misalignment and scale is
-one lower triangular matrix, not an upper one: the x axis of the corrected frame is the accelerometer's own, and y lies in
-the plane of its x and y.  This is the frame of Kalibr, too.
+difference of the magnitudes, not of their squares, so that it is in m/s².  The product T K of misalignment and scale
+is one lower triangular matrix, not an upper one: the x axis of the corrected frame is the accelerometer's own, and y
+lies in the plane of its x and y.  This is the frame of Kalibr, too.
 """
 
 from __future__ import annotations
@@ -123,7 +123,8 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
 
     def excess(parameters: Floats) -> Floats:
         matrix, bias = unpack(parameters)
-        return np.linalg.norm((rests.accel - bias) @ matrix.T, axis=1) - gravity
+        misses: Floats = np.linalg.norm((rests.accel - bias) @ matrix.T, axis=1) - gravity
+        return misses
 
     start = np.concatenate([np.eye(3)[LOWER], _middle(rests.accel, gravity)])
     found = fit(excess, start, rests.accel_std + 1e-9)

@@ -1,9 +1,9 @@
 """The gyroscope: its bias from rest, its scale and misalignment from the turns between poses.
 
-Between two rests the gyroscope says how the sensor turned, and the calibrated accelerometer says which way was up before
-and after: the second stage of Tedaldi, Pretto, Menegatti 2014, eqs. 13-17.  The bias of a turn is the mean of the two
-rests around it, where the paper takes that of the rest at the start: it follows what drifts, and half of what gravity
-does to the gyroscope.
+Between two rests the gyroscope says how the sensor turned, and the calibrated accelerometer says which way was up
+before and after: the second stage of Tedaldi, Pretto, Menegatti 2014, eqs. 13-17.  The bias of a turn is the mean of
+the two rests around it, where the paper takes that of the rest at the start: it follows what drifts, and half of what
+gravity does to the gyroscope.
 """
 
 from __future__ import annotations
@@ -189,7 +189,8 @@ def turn_angles(recording: Recording, rests: Rests, k: int) -> Floats:
     """Return rate less bias, times interval, of the samples between rest k and the next one, shape (n, 3), rad."""
     between = slice(rests.stop[k] - 1, rests.start[k + 1] + 1)
     rate = recording.gyro[between][1:] - (rests.gyro[k] + rests.gyro[k + 1]) / 2
-    return rate * np.diff(recording.t[between])[:, None]
+    angles: Floats = rate * np.diff(recording.t[between])[:, None]
+    return angles
 
 
 def _std_of_turn(recording: Recording, rests: Rests, k: int) -> float:
@@ -232,7 +233,8 @@ def _product(quaternions: Floats) -> Floats:
             identity[..., 0] = 1.0
             quaternions = np.concatenate([quaternions, identity], axis=1)
         quaternions = _hamilton(quaternions[:, ::2], quaternions[:, 1::2])
-    return quaternions[:, 0]
+    product: Floats = quaternions[:, 0]
+    return product
 
 
 def _hamilton(p: Floats, q: Floats) -> Floats:
@@ -263,9 +265,11 @@ def _std_of_bias(rests: Rests) -> Floats:
     """Return the scatter from rest to rest: the bias walks and feels gravity, so that no mean is surer than that."""
     if len(rests) < 2:
         return np.full(3, rests.gyro_std[0])
-    return rests.gyro.std(axis=0, ddof=1)
+    scatter: Floats = rests.gyro.std(axis=0, ddof=1)
+    return scatter
 
 
 def _block_means(recording: Recording) -> Floats:
     length = max(1, round(BLOCK * recording.rate_hz))
-    return recording.gyro[: len(recording) // length * length].reshape(-1, length, 3).mean(axis=1)
+    means: Floats = recording.gyro[: len(recording) // length * length].reshape(-1, length, 3).mean(axis=1)
+    return means

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -185,9 +185,7 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         found = {label: getattr(self, label) for label in SENSORS}
         return {label: triad for label, triad in found.items() if triad is not None}
 
-    def apply(
-        self, recording: Recording, *, device: str | None = None, temperature: float | None = None
-    ) -> Recording:
+    def apply(self, recording: Recording, *, device: str | None = None, temperature: float | None = None) -> Recording:
         """Correct a recording.
 
         Parameters
@@ -215,7 +213,7 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         self.check(recording, device)
         given = None if temperature is None else np.full(len(recording), float(temperature))
         celsius = given if recording.temperature is None else recording.temperature
-        changes: dict[str, object] = {}
+        changes: dict[str, Any] = self._corrected_ranges(recording)
         try:
             for label, triad in self.triads().items():
                 raw = getattr(recording, label)
@@ -223,7 +221,7 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
                     changes[label] = triad.correct(raw, celsius)
         except DataError as error:
             raise DataError(f"{recording.name or 'the recording'}: {SENSORS[label]}: {error}") from None
-        return dataclasses.replace(recording, **changes, **self._corrected_ranges(recording))
+        return dataclasses.replace(recording, **changes)
 
     def check(self, recording: Recording, device: str | None = None) -> None:
         """Raise ConfigError if the calibration is for another device or another full scale than a recording's."""
@@ -277,9 +275,7 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
             old, new = getattr(self, label), getattr(newer, label)
             if old and new and old != new:
                 raise ConfigError(f"the existing calibration has {label} {old!r}, the new one {new!r}; keep two files")
-        changes = {
-            label: _merged(label, getattr(self, label), triad) for label, triad in newer.triads().items()
-        }
+        changes = {label: _merged(label, getattr(self, label), triad) for label, triad in newer.triads().items()}
         return self.replace(
             device=newer.device or self.device,
             gravity=newer.gravity or self.gravity,

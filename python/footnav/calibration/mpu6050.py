@@ -278,18 +278,16 @@ def explain_bias(bias: Sequence[float]) -> str | None:
         return None
     return (
         f"accel_{'xyz'[axis]} reads {in_g:+.2f} g too much in every pose (an upright sensor would read "
-        f"{1 + in_g:.2f} g): the chip's offset registers are wrong, as after i2cdevlib's offset calibration, which takes "
-        "the range for 2 g (at 4, 8 and 16 g it leaves 2, 4 and 8 g at rest), or which was run twice; switch the power "
-        "off and on, write no offsets, and record again"
+        f"{1 + in_g:.2f} g): the chip's offset registers are wrong, as after i2cdevlib's offset calibration, which "
+        "takes the range for 2 g (at 4, 8 and 16 g it leaves 2, 4 and 8 g at rest), or which was run twice; switch the "
+        "power off and on, write no offsets, and record again"
     )
 
 
 def _change(response: ArrayLike, trim: tuple[float, ...]) -> tuple[float, ...]:
     """Return the relative change of a response from the factory's."""
     measured = to_floats("self-test response", response).tolist()
-    return tuple(
-        value / factory - 1 if factory else math.nan for value, factory in zip(measured, trim, strict=True)
-    )
+    return tuple(value / factory - 1 if factory else math.nan for value, factory in zip(measured, trim, strict=True))
 
 
 def _range(counts: float, known: Sequence[int], label: str) -> int:

@@ -72,6 +72,6 @@ def _common_range(recordings: Sequence[Recording], label: str) -> float | None:
     for name, full_scale in known[1:]:
         if abs(full_scale / known[0][1] - 1) > RANGE_TOLERANCE:
             raise ConfigError(
-                f"{name} has {label} {full_scale:.4g}, but {known[0][0]} has {known[0][1]:.4g}; calibrate each by itself"
+                f"{name} has {label} {full_scale:.4g}, but {known[0][0]} has {known[0][1]:.4g}; calibrate each alone"
             )
     return known[0][1] if known else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,11 +15,14 @@ from footnav.recording import Floats, Recording
 from footnav.section import encode
 from footnav.simulation import SensorErrors
 
-SIDES_AND_EDGES: Floats = np.array(
-    [[0, 0, 1], [0, 1, 1], [0, 1, 0], [0, 1, -1], [0, 0, -1], [1, 0, -1], [1, 0, 0], [1, 0, 1], [1, 1, 0], [-1, 1, 0]]
-    + [[-1, 0, 0], [-1, 0, -1], [0, -1, -1], [0, -1, 0], [0, -1, 1], [1, -1, 0], [-1, -1, 0], [-1, 0, 1]],
-    dtype=np.float64,
-)
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+_ROUND_X = [[0, 0, 1], [0, 1, 1], [0, 1, 0], [0, 1, -1], [0, 0, -1]]
+_ROUND_Z = [[1, 0, -1], [1, 0, 0], [1, 0, 1], [1, 1, 0], [-1, 1, 0], [-1, 0, 0], [-1, 0, -1]]
+_UNDER = [[0, -1, -1], [0, -1, 0], [0, -1, 1], [1, -1, 0], [-1, -1, 0], [-1, 0, 1]]
+
+SIDES_AND_EDGES: Floats = np.array([*_ROUND_X, *_ROUND_Z, *_UNDER], dtype=np.float64)
 """The six sides and the twelve edges of a box: which way the sensor's axes see up, one pose after the other."""
 
 
@@ -103,17 +107,18 @@ def _directions(poses: ArrayLike) -> Floats:
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     if not (np.isfinite(lengths).all() and lengths.all()):
         raise ConfigError(f"pose {int(np.argmin(lengths))} points nowhere; expected up in the axes of the sensor")
-    return directions / lengths
+    units: Floats = directions / lengths
+    return units
 
 
-def _level(up: Floats) -> object:
+def _level(up: Floats) -> Rotation:
     """Return an attitude in which the sensor sees up along `up`."""
     from scipy.spatial.transform import Rotation
 
     return Rotation.align_vectors([[0.0, 0.0, 1.0]], up[None])[0]
 
 
-def _motion(fine: Floats, start: object, steps: Floats, initial: float, rest: float, move: float) -> object:
+def _motion(fine: Floats, start: Rotation, steps: Floats, initial: float, rest: float, move: float) -> Rotation:
     """Return the attitude at each time: smooth moves by the rotation vectors `steps` with rests between."""
     from scipy.spatial.transform import Rotation
 

@@ -1,8 +1,8 @@
 """Where a recording is at rest.
 
 The detector is that of Tedaldi et al. 2014, section V-A: the variance over a sliding window, against a multiple of what
-it is in the rest at the start.  Here the gyroscope has to agree, and the multiple is fixed: choosing the one that leaves
-the smallest residual, as the paper does, rewards multiples that leave few rests.
+it is in the rest at the start.  Here the gyroscope has to agree, and the multiple is fixed: choosing the one that
+leaves the smallest residual, as the paper does, rewards multiples that leave few rests.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, Parameter
 
 from footnav import __version__
+from footnav.cli import calibrate
 from footnav.cli.console import complain
 from footnav.cli.demo import demonstrate
 from footnav.cli.info import inform
@@ -29,6 +30,7 @@ app = App(
 app.command(demonstrate, name="demo", usage="Usage: footnav demo [OPTIONS]")
 app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTIONS]")
 app.command(simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]")
+app.command(calibrate.app)
 app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
 
 
