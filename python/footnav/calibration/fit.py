@@ -44,9 +44,9 @@ class Fit:
 def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fit:
     """Find the parameters that make residuals small.
 
-    The residuals are Huber's (scipy's `least_squares`), in standard deviations.  These are the ones that are given, all
-    enlarged by the same factor where the residuals turn out larger: by their median at first, to find the outliers, and
-    by chi-square in the end.
+    A sum of absolute values tells the outliers, whose weight then falls as Huber's does (scipy's `least_squares`).  The
+    standard deviations that are given are enlarged, all by the same factor, where the residuals turn out larger: by
+    their median, to set the limit of an outlier, and by chi-square in the end.
 
     Parameters
     ----------
@@ -71,10 +71,10 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
     def standardized(parameters: Floats) -> Floats:
         return residuals(parameters) / std
 
-    # A robust start needs to know how far the residuals scatter, which a start far away does not tell.
     rough = least_squares(standardized, start, method="lm", x_scale="jac")
-    inflation = max(1.0, 1.4826 * float(np.median(np.abs(rough.fun))))
-    found = least_squares(standardized, rough.x, loss="huber", f_scale=OUTLIER * inflation, x_scale="jac")
+    absolute = least_squares(standardized, rough.x, loss="soft_l1", x_scale="jac")
+    inflation = _inflation(absolute.fun, len(start))
+    found = least_squares(standardized, absolute.x, loss="huber", f_scale=OUTLIER * inflation, x_scale="jac")
     if not (found.success and np.isfinite(found.x).all()):
         raise NumericalError(f"the fit did not converge: {found.message}")
     weight = np.minimum(1.0, OUTLIER * inflation / np.maximum(np.abs(found.fun), 1e-300))
@@ -88,6 +88,12 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
         residual=float(np.sqrt((weight * (found.fun * std) ** 2).mean())),
         condition=_condition(jacobian),
     )
+
+
+def _inflation(deviations: Floats, parameters: int) -> float:
+    """Return how far residuals scatter, in standard deviations; a fit of absolute values meets some of them exactly."""
+    others = np.sort(np.abs(deviations))[parameters:]
+    return max(1.0, 1.4826 * float(np.median(others))) if len(others) else 1.0
 
 
 def _jacobian(function: Callable[[Floats], Floats], at: Floats) -> Floats:

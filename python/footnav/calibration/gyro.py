@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -113,10 +114,15 @@ def fit_rotations(
     hold = np.linalg.pinv(np.linalg.cholesky(accel.covariance + 1e-24 * np.eye(len(accel.parameters))))
     across = _across(_up(turns.after, *unpack(accel.parameters)))
 
+    # Half of the differences that a Jacobian needs leave the gyroscope's matrix as it was.
+    @lru_cache(maxsize=2)
+    def rotations(elements: bytes) -> Floats:
+        return turns.rotations(np.frombuffer(elements).reshape(3, 3))
+
     def misses(parameters: Floats) -> Floats:
-        matrix, held = parameters[:9].reshape(3, 3), parameters[9:]
+        held = parameters[9:]
         before, after = (_up(rest, *unpack(held)) for rest in (turns.before, turns.after))
-        miss = turns.carry(matrix, before) - after
+        miss = np.einsum("kji,kj->ki", rotations(parameters[:9].tobytes()), before) - after
         return np.concatenate([(miss[:, None, :] @ across).ravel(), hold @ (held - accel.parameters)])
 
     start = np.concatenate([np.eye(3).ravel(), accel.parameters])
@@ -138,7 +144,7 @@ def fit_rotations(
 
 @dataclass(frozen=True, slots=True)
 class _Turns:
-    """Turns between rests; k of them, padded to the same number n of samples.
+    """Turns between rests; k of them, padded to the same number n of samples, a power of two.
 
     Attributes
     ----------
@@ -155,10 +161,9 @@ class _Turns:
     after: Floats
     std: Floats
 
-    def carry(self, matrix: Floats, up: Floats) -> Floats:
-        """Return where the gyroscope, corrected by a matrix, says that the direction `up` went, shape (k, 3)."""
-        turned = _product(_quaternions(_with_coning(self.angles @ matrix.T)))
-        return _turn_back(turned, up)
+    def rotations(self, matrix: Floats) -> Floats:
+        """Return the turns as the gyroscope, corrected by a matrix, sees them, shape (k, 3, 3)."""
+        return _product(_with_coning(self.angles @ matrix.T))
 
 
 def _turns(recordings: Sequence[Recording], rests: Sequence[Rests]) -> _Turns | None:
@@ -174,7 +179,7 @@ def _turns(recordings: Sequence[Recording], rests: Sequence[Rests]) -> _Turns | 
     angles = [turn_angles(*pair) for pair in pairs]
     if min(sum(np.abs(turn.sum(axis=0)) for turn in angles)) < LEAST_TURN:
         return None
-    padded = np.zeros((len(angles), max(map(len, angles)), 3))
+    padded = np.zeros((len(angles), 1 << max(map(len, angles)).bit_length(), 3))
     for row, turn in zip(padded, angles, strict=True):
         row[: len(turn)] = turn
     return _Turns(
@@ -214,41 +219,20 @@ def _with_coning(angles: Floats) -> Floats:
     This is the two-sample form; see P. G. Savage, "Strapdown inertial navigation integration algorithm design, part 1",
     J. Guidance 21(1), 1998, eqs. 32-34.
     """
-    rotation = angles.copy()
-    rotation[:, 1:] += np.cross(angles[:, :-1], angles[:, 1:]) / 12
+    rotation: Floats = angles.copy()
+    rotation[:, 1:] += np.cross(angles[:, :-1], angles[:, 1:]) / 12.0
     return rotation
 
 
-def _quaternions(rotation: Floats) -> Floats:
-    """Return the quaternions (w, x, y, z) of rotation vectors, shape (k, n, 4)."""
-    half = np.linalg.norm(rotation, axis=2, keepdims=True) / 2
-    return np.concatenate([np.cos(half), np.sinc(half / np.pi) * rotation / 2], axis=2)
+def _product(rotation: Floats) -> Floats:
+    """Return the product of the rotations of each row, shape (k, 3, 3); their number is a power of two."""
+    from scipy.spatial.transform import Rotation
 
-
-def _product(quaternions: Floats) -> Floats:
-    """Return the product of each row, shape (k, 4), multiplying neighbours until one is left."""
-    while quaternions.shape[1] > 1:
-        if quaternions.shape[1] % 2:
-            identity = np.zeros_like(quaternions[:, :1])
-            identity[..., 0] = 1.0
-            quaternions = np.concatenate([quaternions, identity], axis=1)
-        quaternions = _hamilton(quaternions[:, ::2], quaternions[:, 1::2])
-    product: Floats = quaternions[:, 0]
-    return product
-
-
-def _hamilton(p: Floats, q: Floats) -> Floats:
-    w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(axis=-1, keepdims=True)
-    v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
-    return np.concatenate([w, v], axis=-1)
-
-
-def _turn_back(quaternions: Floats, vectors: Floats) -> Floats:
-    """Return vectors, fixed in the world, as the turned sensor sees them."""
-    w, v = quaternions[:, :1], -quaternions[:, 1:]
-    across = 2 * np.cross(v, vectors)
-    turned: Floats = vectors + w * across + np.cross(v, across)
-    return turned
+    k, n, _ = rotation.shape
+    product: Floats = Rotation.from_rotvec(rotation.reshape(-1, 3)).as_matrix().reshape(k, n, 3, 3)
+    while product.shape[1] > 1:
+        product = product[:, ::2] @ product[:, 1::2]
+    return product[:, 0]
 
 
 def _across(directions: Floats) -> Floats:

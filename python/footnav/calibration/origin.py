@@ -68,7 +68,8 @@ def check_setup(recordings: Sequence[Recording], setup: Setup | None) -> None:
 
 
 def _common_range(recordings: Sequence[Recording], label: str) -> float | None:
-    known = [(each.name, getattr(each, label)) for each in recordings if getattr(each, label) is not None]
+    found = [(each.name, getattr(each, label, None)) for each in recordings]
+    known = [(name, full_scale) for name, full_scale in found if full_scale is not None]
     for name, full_scale in known[1:]:
         if abs(full_scale / known[0][1] - 1) > RANGE_TOLERANCE:
             raise ConfigError(
