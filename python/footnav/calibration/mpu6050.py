@@ -42,6 +42,9 @@ class LowPass:
     delay: float
 
 
+ROUNDING = 0.005
+"""Relative rounding of the sensitivities in the data sheet."""
+
 _FILTERS = MappingProxyType(
     {
         0: (LowPass(260.0, 0.0), LowPass(256.0, 0.98e-3)),
@@ -291,9 +294,9 @@ def _change(response: ArrayLike, trim: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _range(counts: float, known: Sequence[int], label: str) -> int:
-    """Return the full scale at which the chip counts so much in one unit; data sheets round to a tenth."""
+    """Return the full scale at which the chip counts so much in one unit."""
     for full_scale in known:
-        if abs(FULL_SCALE_COUNTS / full_scale - counts) <= 0.05:
+        if abs(counts * full_scale / FULL_SCALE_COUNTS - 1) < ROUNDING:
             return full_scale
     choices = ", ".join(f"{FULL_SCALE_COUNTS / full_scale:.5g}" for full_scale in known)
     raise ConfigError(f"{counts:g} {label}: an MPU6050 has {choices}")

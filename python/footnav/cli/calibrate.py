@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -26,6 +26,7 @@ from footnav.calibration.model import SENSORS
 from footnav.calibration.mpu6050 import Setup
 from footnav.cli.console import attending, caution, print_table
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
+from footnav.config import Vector
 from footnav.errors import ConfigError
 from footnav.recording import Recording
 
@@ -231,6 +232,40 @@ def tabulate(calibration: SensorCalibration) -> Table:
     return table
 
 
+def tabulate_temperature(calibration: SensorCalibration) -> Table | None:
+    """Put what the temperature does into a table, or return None where it is not known.
+
+    Parameters
+    ----------
+    calibration : SensorCalibration
+        What was found.
+
+    Returns
+    -------
+    Table or None
+        A row for each axis and polynomial, with standard deviations.
+    """
+    models = {label: triad.thermal for label, triad in calibration.triads().items() if triad.thermal is not None}
+    if not models:
+        return None
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("over temperature")
+    for order in range(1, 1 + max(len(model.bias) for model in models.values())):
+        table.add_column(f"(T - T0)^{order}", justify="right", no_wrap=True)
+    for label, model in models.items():
+        factor, unit = _UNITS[label]
+        for axis in range(3):
+            name = f"{label}_{'xyz'[axis]}"
+            table.add_row(f"{name} bias, {unit}", *_coefficients(model.bias, model.bias_std, axis, factor))
+            if model.scale:
+                table.add_row(f"{name} scale", *_coefficients(model.scale, model.scale_std, axis, 1.0))
+    return table
+
+
+def _coefficients(values: Sequence[Vector], stds: Sequence[Vector], axis: int, factor: float) -> list[str]:
+    return [f"{factor * value[axis]:+.2e} +- {factor * std[axis]:.1e}" for value, std in zip(values, stds, strict=True)]
+
+
 _UNITS = {"accel": (1.0, "m/s^2"), "gyro": (180 / math.pi, "deg/s"), "mag": (1e6, "uT")}
 """Factor and unit in which the bias of each sensor is shown."""
 
@@ -262,6 +297,9 @@ def _calibrate(
     calibration = found if existing is None else existing.update(found)
     calibration.save(target.out)
     print_table(tabulate(found))
+    over_temperature = tabulate_temperature(found)
+    if over_temperature is not None:
+        print_table(over_temperature)
     for line in _remarks(found):
         print(line)
     if existing is not None:
@@ -287,7 +325,11 @@ def _remarks(calibration: SensorCalibration) -> list[str]:
         if triad.condition is not None:
             parts.append(f"condition {triad.condition:.1f}")
         if triad.thermal is not None:
-            parts.append(f"from {triad.thermal.lowest:.1f} to {triad.thermal.highest:.1f} degC")
+            span = f"from {triad.thermal.lowest:.1f} to {triad.thermal.highest:.1f} degC"
+            factor, unit = _UNITS[label]
+            parts.append(
+                f"{span}, T0 {triad.thermal.reference:.1f}, residual {factor * triad.thermal.residual:.4f} {unit}"
+            )
         if triad.note:
             parts.append(triad.note)
         lines.append(f"{SENSORS[label]}: {', '.join(parts)}")

@@ -1,6 +1,6 @@
 //! `footnav._core.calibrate`: one sensor's correction, over arrays.
 
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::calibration::TriadCalibration;
@@ -12,10 +12,11 @@ use crate::python::{DataError, from_json, matrix, to_json};
 pub(super) fn calibrate<'py>(
     py: Python<'py>,
     calibration: &[u8],
-    raw: PyReadonlyArray2<'py, f64>,
+    raw: &Bound<'py, PyArray2<f64>>,
     temperature: Option<PyReadonlyArray1<'py, f64>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let calibration: TriadCalibration = from_json(calibration)?;
+    let raw = raw.readonly();
     let raw = raw.as_array();
     if raw.ncols() != 3 {
         return Err(DataError::new_err(format!("readings have shape {:?}; expected (n, 3)", raw.shape())));
