@@ -148,7 +148,9 @@ def test_gravity_comes_from_the_latitude_or_is_given(poses):
 
 def test_too_few_poses_name_those_that_are_missing():
     few = quick_poses("ideal", poses=[[0, 0, 1], [0, 1, 0], [1, 0, 0]])
-    with pytest.raises(DataError, match=r"simulated poses 0: 3 rests in 3 different poses; 9 or more.*no pose with -x"):
+    with pytest.raises(
+        DataError, match=r"simulated poses 0: 3 rest\(s\) in 3 different pose\(s\); 9 or more.*no pose with -x"
+    ):
         calibrate_accel(few)
     with pytest.raises(DataError, match=r"no pose with -z up, 6 more poses, such as edges down"):
         calibrate_accel(few)
@@ -156,7 +158,7 @@ def test_too_few_poses_name_those_that_are_missing():
 
 def test_similar_poses_are_not_counted_twice():
     leaning = [[np.sin(a), np.sin(2 * a), 1] for a in np.linspace(0, 0.1, 12)]
-    with pytest.raises(DataError, match=r"12 rests in . different poses"):
+    with pytest.raises(DataError, match=r"12 rest\(s\) in . different pose\(s\)"):
         calibrate_accel(quick_poses("ideal", poses=leaning))
 
 

@@ -1,5 +1,6 @@
 """`footnav calibrate` and `footnav track --calibration`: what they write, print and refuse."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 
 import footnav
 from calibration_recordings import SIX_SIDES, known_sensor, quick_poses, warmed
-from footnav.calibration import SensorCalibration, Triad, load_calibration, simulate_poses
+from footnav.calibration import SensorCalibration, TemperatureModel, Triad, load_calibration, simulate_poses
 from footnav.cli import main
 
 RANGES = ("--accel-range", 8, "--gyro-range", 1000)
@@ -93,7 +94,7 @@ def test_too_few_poses_fail_and_leave_the_old_file_alone(run):
     quick_poses("ideal", poses=SIX_SIDES[:4]).save("few.csv")
     status, out, err = run("calibrate", "accel", "few.csv")
     assert (status, out) == (1, "")
-    assert err.startswith("footnav: few.csv: 4 rests in 4 different poses; 9 or more are needed, on all six sides")
+    assert err.startswith("footnav: few.csv: 4 rest(s) in 4 different pose(s); 9 or more are needed, on all six sides")
     assert Path("calibration.toml").read_text() == "device = 'old'\n"
 
 
@@ -126,7 +127,7 @@ def test_temperature_adds_to_an_existing_calibration(run):
     status, out, err = run("calibrate", "temperature", "warm.csv", *options)
     found = load_calibration("shoe.toml")
     assert (status, err) == (0, "")
-    assert "gyro_y bias, deg/s   +5.7" in out
+    assert re.search(r"gyro_y bias, deg/s +\+5\.\de-03 \+- \d\.\de-0\d", out)
     assert "gyroscope: from 10.9 to 37.9 degC, T0 24.4, residual 0." in out
     assert found.accel.bias == (0.1, 0.0, 0.0)
     np.testing.assert_allclose(found.gyro.thermal.bias, [[1e-4] * 3], rtol=0.1)
@@ -186,6 +187,19 @@ def test_tracking_with_the_calibration_of_another_device_is_misuse(run, walk):
     status, _, err = run("track", "walk.npz", "--calibration", "shoe.toml", "--device", "shoe-2", "--formats", "npz")
     assert status != 0
     assert "walk.npz is of device 'shoe-2', but the calibration is of 'shoe-1'" in err
+
+
+def test_tracking_asks_for_the_temperature_that_the_calibration_follows(run, walk):
+    thermal = TemperatureModel(reference=25.0, lowest=10.0, highest=40.0, bias=((1e-3, 0.0, 0.0),))
+    SensorCalibration(gyro=Triad(thermal=thermal)).save("shoe.toml")
+    status, _, err = run("track", "walk.npz", "--calibration", "shoe.toml", "--formats", "npz")
+    assert status == 1
+    assert "walk.npz: gyroscope: the calibration follows the temperature, but the recording has none" in err
+    options = ("--calibration", "shoe.toml", "--formats", "npz", "--temperature-degc")
+    assert run("track", "walk.npz", *options, 20)[0] == 0
+    status, _, err = run("track", "walk.npz", *options, 60)
+    assert status == 1
+    assert "the temperature is 60.0 degC, but the calibration holds from 8.0 to 42.0 degC" in err
 
 
 def test_tracking_with_two_calibrations_is_misuse(run, walk):

@@ -8,6 +8,7 @@ Examples
 """
 
 from footnav._core import __version__
+from footnav.calibration import SensorCalibration, load_calibration
 from footnav.config import (
     Alignment,
     Calibration,
@@ -72,6 +73,7 @@ __all__ = [
     "Recording",
     "Route",
     "Sensor",
+    "SensorCalibration",
     "SensorErrors",
     "Shoe",
     "StanceDetector",
@@ -86,6 +88,7 @@ __all__ = [
     "detect",
     "diagnose",
     "evaluate",
+    "load_calibration",
     "load_config",
     "read",
     "simulate",

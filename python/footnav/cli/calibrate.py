@@ -278,8 +278,10 @@ def _row(label: str, triad: Triad, axis: int) -> tuple[str, str, str]:
     if triad.matrix_std is None:
         return f"{bias} {unit}", "not measured", "not measured"
     row, std = triad.matrix[axis], triad.matrix_std[axis]
-    others = [k for k in range(3) if k != axis]
-    degrees = ", ".join(f"{math.degrees(row[k]):+.3f} +- {math.degrees(std[k]):.3f}" for k in others)
+    # An element without uncertainty is zero because it defines the frame.
+    degrees = ", ".join(
+        f"{math.degrees(row[k]):+.3f} +- {math.degrees(std[k]):.3f}" if std[k] else "0" for k in range(3) if k != axis
+    )
     return f"{bias} {unit}", f"{row[axis]:.5f} +- {std[axis]:.5f}", f"{degrees} deg"
 
 

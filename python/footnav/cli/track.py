@@ -55,6 +55,7 @@ def track_files(
     preset: str | None = None,
     calibration: Path | None = None,
     device: str | None = None,
+    temperature_degc: float | None = None,
     origin: tuple[float, float, float] | None = None,
     heading_deg: float | None = None,
     heading_from_magnetometer: Annotated[bool, Parameter(show_default=False)] = False,
@@ -81,6 +82,8 @@ def track_files(
         Calibration of the sensor, as `footnav calibrate` writes it.
     device : str, optional
         What the device is called; a calibration of another one is refused.
+    temperature_degc : float, optional
+        Temperature of the sensor, for a calibration that follows it and a recording without.
     origin : tuple of float, optional
         Where the walk starts: latitude, longitude and height, in degrees and m (WGS-84).
     heading_deg : float, optional
@@ -105,8 +108,9 @@ def track_files(
         with attending(path.name):
             walks = read_walks(path, reading, name)
         for walk, recording in walks.items():
-            corrected = recording if known is None else known.apply(recording, device=device)
-            summaries.append(_track(walk, corrected, task))
+            if known is not None:
+                recording = known.apply(recording, device=device, temperature=temperature_degc)
+            summaries.append(_track(walk, recording, task))
 
     status = each_file(files, work)
     if len(summaries) > 1:
