@@ -540,3 +540,23 @@ def test_the_same_seed_is_the_same_sensor_as_of_a_walk():
     start = walk.accel[:100].mean(axis=0)
     assert np.linalg.norm(start) == pytest.approx(np.linalg.norm(still.accel.mean(axis=0)), abs=0.05)
     np.testing.assert_allclose(truth.gyro_bias[0], still.gyro.mean(axis=0), atol=0.03)
+
+
+# A real sensor
+
+
+@pytest.mark.filterwarnings("ignore:.*mag has:footnav.FootnavWarning")
+def test_a_walk_is_no_calibration_recording(data_dir):
+    walk = footnav.read(data_dir / "openshoe" / "Measurement_100521_2.npz")
+    with pytest.raises(DataError, match=r"3 rest\(s\) in 1 different pose\(s\).*no pose with -z up, 8 more poses"):
+        calibrate_accel(walk)
+
+
+@pytest.mark.filterwarnings("ignore:.*mag has:footnav.FootnavWarning")
+def test_the_rest_before_a_walk_gives_the_bias(data_dir):
+    walk = footnav.read(data_dir / "openshoe" / "Measurement_100521_2.npz")
+    n = int(2.0 * walk.rate_hz)
+    rest = Recording(walk.t[:n], walk.accel[:n], walk.gyro[:n])
+    found = calibrate_gyro(rest).gyro
+    np.testing.assert_allclose(found.bias, rest.gyro.mean(axis=0), atol=1e-4)
+    assert max(found.bias_std) < 2e-3

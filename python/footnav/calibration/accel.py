@@ -179,8 +179,8 @@ def _check_poses(rests: Rests, label: str) -> None:
     if poses < FEWEST_POSES:
         lacking.append(f"{FEWEST_POSES - poses} more poses, such as edges down")
     raise DataError(
-        f"{label}: {len(rests)} rest(s) in {poses} different pose(s); {FEWEST_POSES} or more are needed, on all six sides; "
-        f"missing: {', '.join(lacking)}"
+        f"{label}: {len(rests)} rest(s) in {poses} different pose(s); {FEWEST_POSES} or more are needed, on all "
+        f"six sides; missing: {', '.join(lacking)}"
     )
 
 
