@@ -187,6 +187,21 @@ def test_without_turns_the_gyroscope_has_its_bias_only(poses):
     np.testing.assert_allclose(found.bias, known_sensor(1).gyro.bias, atol=1e-3)
 
 
+def test_a_turn_that_clips_is_refused(poses):
+    clipping = replace(poses, gyro=np.clip(poses.gyro, -1.5, 1.5), gyro_range=1.5)
+    with pytest.raises(DataError, match=r"simulated poses 1: gyro_[xyz] clips at 86 deg/s in a turn at .* slower"):
+        calibrate_accel(clipping)
+
+
+def test_a_turn_with_a_gap_is_refused(poses):
+    kept = np.r_[0:180, 200 : len(poses)]
+    gappy = Recording(poses.t[kept], poses.accel[kept], poses.gyro[kept], name="gap.csv")
+    with pytest.raises(
+        DataError, match=r"gap.csv: 0.420 s without a sample in the turn at 3.58 s; record without gaps"
+    ):
+        calibrate_accel(gappy)
+
+
 def test_no_recording_at_all_is_refused():
     with pytest.raises(DataError, match="there is no recording to calibrate from"):
         calibrate_accel([])

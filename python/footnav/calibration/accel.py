@@ -16,11 +16,12 @@ import numpy as np
 
 from footnav.calibration import mpu6050
 from footnav.calibration.fit import Fit, fit
-from footnav.calibration.gyro import bias_of_rests, fit_rotations
+from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.poses import count_distinct, missing_sides
 from footnav.calibration.static import Rests, find_rests, pooled
+from footnav.calibration.turns import fit_rotations
 from footnav.config import Config, Mechanization
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
@@ -72,7 +73,8 @@ def calibrate_accel(
     ------
     DataError
         The recording does not start at rest, there are too few poses or too similar ones (the message says which are
-        missing), or the accelerometer is off by a power of two or by whole g, with the likely cause.
+        missing), the accelerometer is off by a power of two or by whole g, with the likely cause, or a turn between
+        two poses clips or has a gap.
     ConfigError
         Full scales or gravity make no sense.
 

@@ -13,11 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from footnav.calibration import mpu6050
-from footnav.calibration.gyro import bias_of_rests, turn_angles
+from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.poses import DIRECTIONS, SIDES, missing_sides, sides
 from footnav.calibration.static import Rests, find_rests, pooled
+from footnav.calibration.turns import turn_angles
 from footnav.config import Config, Mechanization
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
