@@ -120,7 +120,7 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
         There are too few poses or too similar ones, or the accelerometer is off by a power of two or by whole g.
     """
     label = name or "the recording"
-    _check_range(rests, label)
+    check_range(rests, label)
     _check_poses(rests, label)
 
     def excess(parameters: Floats) -> Floats:
@@ -163,7 +163,8 @@ def _middle(accel: Floats, gravity: float) -> Floats:
     return centre
 
 
-def _check_range(rests: Rests, label: str) -> None:
+def check_range(rests: Rests, label: str) -> None:
+    """Raise DataError if the accelerometer reads a power of two of gravity in every pose."""
     if not len(rests):
         return
     levels = np.linalg.norm(rests.accel, axis=1)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from footnav.calibration import mpu6050
+from footnav.calibration.accel import check_range
 from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.calibration.origin import as_recordings, check_setup, origin
@@ -64,7 +65,8 @@ def calibrate_six_position(
     Raises
     ------
     DataError
-        The recording does not start at rest, a side is missing, or the accelerometer is off by whole g.
+        The recording does not start at rest, a side is missing, the accelerometer is off by a power of two or by
+        whole g, or a turn clips or has a gap.
     ConfigError
         Full scales or gravity make no sense.
     """
@@ -86,6 +88,7 @@ def calibrate_six_position(
 
 
 def _accel(rests: Rests, gravity: float, label: str) -> Triad:
+    check_range(rests, label)
     missing = missing_sides(rests.accel)
     if missing:
         raise DataError(f"{label}: no rest with {', '.join(missing)} up; all six sides are needed")
