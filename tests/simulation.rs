@@ -2,7 +2,7 @@
 
 use footnav::earth;
 use footnav::error::ConfigError;
-use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, TriadErrors, Walk, rest, simulate};
+use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, TriadErrors, Walk, corrupt, rest, simulate};
 use footnav::strapdown::{Increments, MechanizationKind, NavState};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -262,4 +262,22 @@ fn a_rest_reads_gravity_and_what_the_sensor_adds() {
             Err(ConfigError::OutOfRange { key: "duration", .. })
         ));
     }
+}
+
+#[test]
+fn a_corrupted_ideal_walk_is_the_walk_of_the_sensor() {
+    let (clean, dirty) = (short(&SensorErrors::ideal(), 5), short(&SensorErrors::mpu6050(), 5));
+    let readings = corrupt(&clean.samples, &SensorErrors::mpu6050(), 5).unwrap();
+    assert_eq!(readings.len(), dirty.samples.len());
+    for (reading, sample) in readings.iter().zip(&dirty.samples) {
+        assert!((reading.specific_force - sample.specific_force).norm() < 3e-3, "one bit of the sensor at most");
+        assert!((reading.angular_rate - sample.angular_rate).norm() < 1e-3, "one bit of the sensor at most");
+    }
+}
+
+#[test]
+fn samples_without_time_between_them_are_not_corrupted() {
+    let sample = short(&SensorErrors::ideal(), 5).samples[0];
+    let message = corrupt(&[sample, sample], &SensorErrors::mpu6050(), 5).unwrap_err().to_string();
+    assert!(message.starts_with("samples 0 s apart"), "{message}");
 }

@@ -2,7 +2,6 @@
 
 import math
 import signal
-import sys
 from dataclasses import replace
 
 import allantools
@@ -15,7 +14,7 @@ from scipy.signal import lfilter
 import footnav
 from footnav import Config, Recording, Sensor, SensorErrors, TriadErrors, _core, allan, load_config, simulate_rest
 from footnav.cli import main
-from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
+from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.noise import FLICKER_FLOOR, AxisNoise, Figure, NoiseFigures, fit_axis, unit_variances
 from footnav.plot import plot_allan
 from test_cli import Run, run
@@ -437,12 +436,6 @@ def test_a_warming_sensor_is_warned_of():
 def test_a_span_outside_the_recording_is_refused():
     with pytest.raises(ConfigError, match="span is 500 to 600 s, but the stamps go from 0 to 120 s"):
         allan(resting(), (500.0, 600.0))
-
-
-def test_missing_scipy_names_its_cure(monkeypatch):
-    monkeypatch.setitem(sys.modules, "scipy.stats", None)
-    with pytest.raises(FootnavError, match=r"scipy is missing: pip install footnav\[allan\]"):
-        allan(resting())
 
 
 # The simulated sensor

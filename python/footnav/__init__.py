@@ -9,6 +9,7 @@ Examples
 
 from footnav._core import __version__
 from footnav.allan import AllanDeviation, allan
+from footnav.calibration import SensorCalibration, load_calibration
 from footnav.config import (
     Alignment,
     Calibration,
@@ -85,6 +86,7 @@ __all__ = [
     "Recording",
     "Route",
     "Sensor",
+    "SensorCalibration",
     "SensorErrors",
     "Shoe",
     "Smoother",
@@ -101,6 +103,7 @@ __all__ = [
     "detect",
     "diagnose",
     "evaluate",
+    "load_calibration",
     "load_config",
     "read",
     "simulate",

@@ -52,13 +52,7 @@ class AllanDeviation:
     name: str = ""
 
     def fit(self) -> NoiseFigures:
-        """Return what the deviations say about white noise and biases; see `footnav.noise.fit_axis`.
-
-        Raises
-        ------
-        FootnavError
-            When scipy is missing.
-        """
+        """Return what the deviations say about white noise and biases; see `footnav.noise.fit_axis`."""
         columns = zip(self.channels, self.deviations.T, self.degrees_of_freedom.T, strict=True)
         axes = tuple(fit_axis(channel, self.taus, deviation, freedom) for channel, deviation, freedom in columns)
         return NoiseFigures(axes, self.name)
@@ -94,8 +88,6 @@ def allan(
         A span that leaves nothing.
     DataError
         The recording is too short, has gaps, or the sensor moved.
-    FootnavError
-        When scipy is missing.
 
     Warns
     -----

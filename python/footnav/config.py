@@ -7,15 +7,14 @@ degrees where the name ends in ``_deg``.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import msgspec
 
 from footnav import _core
+from footnav.config_file import load_settings, save_settings
 from footnav.detectors import AdaptiveShoe, Detector
-from footnav.errors import ConfigError
-from footnav.export.atomic import replacing
-from footnav.section import Section, encode, refuse_unknown
+from footnav.section import Section, encode
 
 if TYPE_CHECKING:
     from footnav.recording import Recording
@@ -373,10 +372,7 @@ class Config(Section, frozen=True, kw_only=True):
 
     def save(self, path: str | Path) -> None:
         """Write all settings as TOML; the file is the old one or the whole new one."""
-        import tomli_w
-
-        with replacing(path) as file:
-            tomli_w.dump(_without_none(msgspec.json.decode(self.to_json())), file)
+        save_settings(self, path)
 
 
 def load_config(path: str | Path) -> Config:
@@ -397,31 +393,4 @@ def load_config(path: str | Path) -> Config:
         The file cannot be read, is no TOML, has an unknown key (the message names the nearest known one), a value of
         the wrong type, or one out of range.
     """
-    path = Path(path)
-    try:
-        settings = msgspec.toml.decode(path.read_bytes(), type=dict[str, Any])
-        refuse_unknown(Config, settings, "")
-        return msgspec.convert(settings, Config)
-    except OSError as error:
-        msg = f"{path}: {error.strerror or error}"
-        raise ConfigError(msg) from error
-    except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {_readable(error)}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        msg = f"{path}: not a TOML file: {error}"
-        raise ConfigError(msg) from error
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from error
-
-
-def _readable(error: msgspec.ValidationError) -> str:
-    """Say a message such as "Expected `float`, got `str` - at `$.filter.rest_rate`" with the setting first."""
-    text, _, place = str(error).partition(" - at `$.")
-    return f"{place.rstrip('`')}: {text}" if place else text
-
-
-def _without_none(value: Any) -> Any:
-    """Leave out what is absent: TOML has no null."""
-    if isinstance(value, dict):
-        return {key: _without_none(item) for key, item in value.items() if item is not None}
-    return value
+    return load_settings(Config, path)

@@ -9,7 +9,6 @@ import numpy as np
 
 from footnav.config import Sensor
 from footnav.errors import ConfigError
-from footnav.export.library import require
 from footnav.recording import Floats
 
 FLICKER_FLOOR = math.sqrt(2 * math.log(2) / math.pi)
@@ -213,11 +212,6 @@ def fit_axis(channel: str, taus: Floats, deviation: Floats, degrees_of_freedom: 
     -------
     AxisNoise
         In the unit of `deviation`.
-
-    Raises
-    ------
-    FootnavError
-        When scipy is missing.
     """
     known = slice(_end_of_filter(taus, deviation, degrees_of_freedom), None)
     taus = taus[known]
@@ -283,7 +277,8 @@ def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     The standard deviation of a chi-squared estimate is a part of what it estimates, so each round of least squares
     weighs with the model of the last one; that ends at the greatest likelihood.
     """
-    nnls = require("scipy.optimize", "footnav[allan]").nnls
+    from scipy.optimize import nnls
+
     model = curve.variance
     for _ in range(_ROUNDS):
         weight = np.sqrt(curve.information) / model
@@ -328,13 +323,9 @@ def confidence_limits(deviation: Floats, degrees_of_freedom: Floats) -> tuple[Fl
     -------
     low, high : ndarray
         As `deviation`.
-
-    Raises
-    ------
-    FootnavError
-        When scipy is missing.
     """
-    chi2 = require("scipy.stats", "footnav[allan]").chi2
+    from scipy.stats import chi2
+
     tails: tuple[float, float] = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
     low, high = (deviation * np.sqrt(degrees_of_freedom / chi2.ppf(tail, degrees_of_freedom)) for tail in tails)
     return low, high

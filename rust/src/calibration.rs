@@ -1,10 +1,14 @@
-//! Correction of raw readings: M (raw - b) for each sensor.
+//! Correction of raw readings: M (raw - b) for each sensor, which [`TriadCalibration`] lets follow the temperature.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::sample::ImuSample;
+
+mod thermal;
+
+pub use thermal::{TemperatureModel, TriadCalibration};
 
 /// Scale, misalignment and bias of both sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,23 +62,37 @@ fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
 
+/// M and b of one sensor.
+#[derive(Clone, Copy, Debug)]
+struct Correction {
+    matrix: Matrix3<f64>,
+    bias: Vector3<f64>,
+}
+
+impl Correction {
+    fn new(rows: &[[f64; 3]; 3], bias: &[f64; 3]) -> Self {
+        Self { matrix: matrix(rows), bias: (*bias).into() }
+    }
+
+    #[inline]
+    fn apply(&self, raw: &Vector3<f64>) -> Vector3<f64> {
+        self.matrix * (raw - self.bias)
+    }
+}
+
 /// A [`Calibration`] made ready for one sample after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Calibrator {
-    accel: Matrix3<f64>,
-    accel_bias: Vector3<f64>,
-    gyro: Matrix3<f64>,
-    gyro_bias: Vector3<f64>,
+    accel: Correction,
+    gyro: Correction,
     is_identity: bool,
 }
 
 impl Calibrator {
     pub(crate) fn new(calibration: &Calibration) -> Self {
         Self {
-            accel: matrix(&calibration.accel_matrix),
-            accel_bias: calibration.accel_bias.into(),
-            gyro: matrix(&calibration.gyro_matrix),
-            gyro_bias: calibration.gyro_bias.into(),
+            accel: Correction::new(&calibration.accel_matrix, &calibration.accel_bias),
+            gyro: Correction::new(&calibration.gyro_matrix, &calibration.gyro_bias),
             is_identity: *calibration == Calibration::default(),
         }
     }
@@ -86,8 +104,8 @@ impl Calibrator {
         }
         ImuSample {
             time: raw.time,
-            specific_force: self.accel * (raw.specific_force - self.accel_bias),
-            angular_rate: self.gyro * (raw.angular_rate - self.gyro_bias),
+            specific_force: self.accel.apply(&raw.specific_force),
+            angular_rate: self.gyro.apply(&raw.angular_rate),
         }
     }
 }

@@ -115,6 +115,28 @@ pub enum DataError {
         /// Number of samples.
         samples: u64,
     },
+    /// The temperature is not one that the sensor was calibrated at.
+    #[error(
+        "sample {index}: the temperature is {temperature:.1} degC, but the calibration holds from {lowest:.1} to {highest:.1} degC \
+         (that is {margin:.1} K beyond what it was measured at); calibrate over a wider span"
+    )]
+    TemperatureOutsideSpan {
+        /// Number of the sample.
+        index: usize,
+        /// The temperature found, degrees Celsius.
+        temperature: f64,
+        /// Lowest temperature that the calibration is applied at, degrees Celsius.
+        lowest: f64,
+        /// Highest temperature that the calibration is applied at, degrees Celsius.
+        highest: f64,
+        /// How far both lie beyond the calibrated span, K.
+        margin: f64,
+    },
+    /// The calibration follows the temperature, which is not known.
+    #[error(
+        "the calibration follows the temperature, but the recording has none; give the temperature of the sensor in degrees Celsius"
+    )]
+    NoTemperature,
     /// The reading of the magnetometer carries no heading.
     #[error("the magnetic field {field:?} has no horizontal part, so it gives no heading")]
     VerticalField {

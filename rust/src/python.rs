@@ -14,6 +14,7 @@ use crate::sample::ImuSample;
 
 mod allan;
 mod batch;
+mod calibration;
 mod detector;
 mod navigator;
 mod simulation;
@@ -53,6 +54,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
     module.add_function(wrap_pyfunction!(allan::allan, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::calibration_at, module)?)?;
+    module.add_function(wrap_pyfunction!(simulation::corrupt, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate_rest, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::gait_preset, module)?)?;

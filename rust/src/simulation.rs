@@ -5,7 +5,7 @@
 //! doing, or the sensor's.
 //!
 //! - [`Route`]: where to;  [`Gait`]: how;  [`SensorErrors`]: with what sensor;  [`SimulationSettings`]: how often, and on what Earth.
-//! - [`simulate`] makes the [`Walk`];  [`rest`] leaves the sensor on a table.
+//! - [`simulate`] makes the [`Walk`];  [`rest`] leaves the sensor on a table;  [`corrupt`] passes samples of any other motion through the sensor.
 //!
 //! The walk, the errors of the sensor and the jitter of the stamps have random streams of their own: a change of the sensor does not change the walk.
 
@@ -120,6 +120,25 @@ pub fn rest(
     let intervals = iter::once(before).chain(stamps.iter().copied()).zip(&stamps).map(|(from, to)| to - from);
     let reading = |(&time, dt)| sensor.read(&ImuSample::new(time, [0.0, 0.0, settings.gravity], [0.0; 3]), dt);
     Ok(stamps.iter().zip(intervals).map(reading).collect())
+}
+
+/// What a sensor with errors makes of samples without any.
+///
+/// Sensors of one seed and the same errors are the same, here and in [`simulate`].  The first sample lasts as long as the second.
+///
+/// # Errors
+/// [`ConfigError::OutOfRange`] with the first parameter that makes no sense.
+pub fn corrupt(truth: &[ImuSample], errors: &SensorErrors, seed: u64) -> Result<Vec<ImuSample>, ConfigError> {
+    errors.validate()?;
+    let mut sensor = Sensor::draw(errors, draw::stream(seed, Cause::Sensor));
+    let mut intervals: Vec<f64> = truth.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+    intervals.insert(0, intervals.first().copied().unwrap_or(1.0));
+    if let Some(&interval) = intervals.iter().find(|&&interval| interval <= 0.0) {
+        return Err(ConfigError::Inconsistent(format!(
+            "samples {interval} s apart: a simulated sensor needs time to go on"
+        )));
+    }
+    Ok(truth.iter().zip(intervals).map(|(sample, dt)| sensor.read(sample, dt)).collect())
 }
 
 impl Walk {

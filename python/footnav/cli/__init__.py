@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, Parameter
 
 from footnav import __version__
+from footnav.cli import calibrate
 from footnav.cli.allan import measure_noise
 from footnav.cli.capture import app as capture_app
 from footnav.cli.console import complain
@@ -33,6 +34,7 @@ app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTI
 app.command(simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]")
 app.command(measure_noise, name="allan", usage="Usage: footnav allan FILE [OPTIONS]")
 app.command(capture_app)
+app.command(calibrate.app)
 app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
 
 

@@ -8,10 +8,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from footnav.calibration import SensorCalibration, load_calibration
 from footnav.cli.console import attending, caution, each_file, make_folder, print_table
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import describe, side_by_side
-from footnav.config import Config, load_config
+from footnav.config import Calibration, Config, load_config
 from footnav.errors import ConfigError, nearest
 from footnav.plot import PICTURES, save_overview
 from footnav.recording import Recording
@@ -52,6 +53,9 @@ def track_files(
     name: str | None = None,
     config: Path | None = None,
     preset: str | None = None,
+    calibration: Path | None = None,
+    device: str | None = None,
+    temperature_degc: float | None = None,
     origin: tuple[float, float, float] | None = None,
     heading_deg: float | None = None,
     heading_from_magnetometer: Annotated[bool, Parameter(show_default=False)] = False,
@@ -74,6 +78,12 @@ def track_files(
         Settings as a TOML file.
     preset : str, optional
         Settings for a known sensor: mpu6050, mti-g710, stim300, ngimu or vn100.
+    calibration : Path, optional
+        Calibration of the sensor, as `footnav calibrate` writes it.
+    device : str, optional
+        What the device is called; a calibration of another one is refused.
+    temperature_degc : float, optional
+        Temperature of the sensor, for a calibration that follows it and a recording without.
     origin : tuple of float, optional
         Where the walk starts: latitude, longitude and height, in degrees and m (WGS-84).
     heading_deg : float, optional
@@ -90,6 +100,7 @@ def track_files(
     """
     _check_names(files, name)
     settings = _settings(config, preset, origin, heading_deg, heading_from_magnetometer)
+    known = _calibration(calibration, settings)
     task = Task(settings, heading_from_magnetometer, _formats(formats), make_folder(out))
     summaries: list[Summary] = []
 
@@ -97,6 +108,8 @@ def track_files(
         with attending(path.name):
             walks = read_walks(path, reading, name)
         for walk, recording in walks.items():
+            if known is not None:
+                recording = known.apply(recording, device=device, temperature=temperature_degc)
             summaries.append(_track(walk, recording, task))
 
     status = each_file(files, work)
@@ -145,6 +158,15 @@ def _settings(
     if origin is not None:
         settings = settings.replace(output=settings.output.replace(origin=origin))
     return settings
+
+
+def _calibration(path: Path | None, settings: Config) -> SensorCalibration | None:
+    """Read the calibration, unless the settings hold one already."""
+    if path is None:
+        return None
+    if settings.calibration != Calibration():
+        raise ConfigError("--calibration and the [calibration] of --config both correct the readings; leave one out")
+    return load_calibration(path)
 
 
 def _formats(given: str | None) -> tuple[str, ...]:

@@ -1,12 +1,12 @@
 //! `footnav._core.simulate` and the presets that go with it.
 
 use nalgebra::Vector3;
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::python::{ConfigError, from_json, matrix, to_json};
+use crate::python::{ConfigError, from_json, matrix, rows, to_json};
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
 /// All that a simulation needs.
@@ -46,6 +46,25 @@ pub(super) fn simulate_rest<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound
     fields.set_item("accel", matrix(py, samples.iter().map(|sample| sample.specific_force.into()).collect())?)?;
     fields.set_item("gyro", matrix(py, samples.iter().map(|sample| sample.angular_rate.into()).collect())?)?;
     Ok(fields)
+}
+
+/// Accelerometer and gyroscope, shape (n, 3) each, as a sensor with errors reads them.
+#[pyfunction]
+#[expect(clippy::type_complexity, reason = "two arrays")]
+pub(super) fn corrupt<'py>(
+    py: Python<'py>,
+    sensor: &[u8],
+    seed: u64,
+    t: PyReadonlyArray1<'py, f64>,
+    accel: PyReadonlyArray2<'py, f64>,
+    gyro: PyReadonlyArray2<'py, f64>,
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    let errors: SensorErrors = from_json(sensor)?;
+    let truth = rows(&(t, accel, gyro))?;
+    let readings = py.detach(|| crate::simulation::corrupt(&truth, &errors, seed))?;
+    let accel = readings.iter().map(|sample| sample.specific_force.into()).collect();
+    let gyro = readings.iter().map(|sample| sample.angular_rate.into()).collect();
+    Ok((matrix(py, accel)?, matrix(py, gyro)?))
 }
 
 /// The parameters of a gait preset as JSON.
