@@ -29,9 +29,9 @@ from footnav.calibration import (
     calibrate_temperature,
     simulate_poses,
 )
-from footnav.calibration.mpu6050 import Setup
 from footnav.calibration.static import find_rests
 from footnav.config import IDENTITY
+from footnav.mpu6050 import Setup
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footnav import ConfigError, FootnavWarning, Sensor
+from footnav import mpu6050 as chip
 from footnav.calibration import (
     SensorCalibration,
     TemperatureModel,
@@ -20,7 +21,7 @@ from footnav.calibration import (
     mpu6050,
     save_kalibr,
 )
-from footnav.calibration.mpu6050 import Setup
+from footnav.mpu6050 import Setup
 
 LOWER = ((1.02, 0.0, 0.0), (0.01, 0.97, 0.0), (-0.02, 0.03, 1.01))
 FULL = ((0.99, 0.01, -0.02), (0.02, 1.03, 0.01), (-0.01, 0.015, 0.98))
@@ -288,20 +289,20 @@ def test_what_is_no_json_is_refused(tmp_path):
 def test_sensitivities_are_those_of_the_data_sheet():
     """PS-MPU-6000A, tables 6.1 and 6.2, rounded as there."""
     for full_scale, counts in ((2, 16384), (4, 8192), (8, 4096), (16, 2048)):
-        assert mpu6050.accel_range_g(counts) == full_scale
+        assert chip.accel_range_g(counts) == full_scale
         assert SETUP.replace(accel_range_g=full_scale).accel_counts_per_g == counts
     for full_scale, counts in ((250, 131), (500, 65.5), (1000, 32.8), (2000, 16.4)):
-        assert mpu6050.gyro_range_deg_s(counts) == full_scale
+        assert chip.gyro_range_deg_s(counts) == full_scale
         assert SETUP.replace(gyro_range_deg_s=full_scale).gyro_counts_per_deg_s == pytest.approx(counts, abs=0.08)
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: mpu6050.accel_range_g(1000), r"1000 counts per g: an MPU6050 has 16384, 8192, 4096, 2048"),
-        (lambda: mpu6050.gyro_range_deg_s(14.375), r"14.375 counts per deg/s: an MPU6050 has 131.07, 65.536, 32.768"),
-        (lambda: SETUP.replace(dlpf_cfg=7), r"mpu6050.dlpf_cfg is 7; an MPU6050 has 0 to 6"),
-        (lambda: SETUP.replace(smplrt_div=256), r"mpu6050.smplrt_div is 256; an MPU6050 has 0 to 255"),
+        (lambda: chip.accel_range_g(1000), r"1000 counts per g: an MPU6050 has 16384, 8192, 4096, 2048"),
+        (lambda: chip.gyro_range_deg_s(14.375), r"14.375 counts per deg/s: an MPU6050 has 131.07, 65.536, 32.768"),
+        (lambda: SETUP.replace(dlpf_cfg=7), r"dlpf_cfg is 7; an MPU6050 has 0 to 6"),
+        (lambda: SETUP.replace(smplrt_div=256), r"smplrt_div is 256; an MPU6050 has 0 to 255"),
         (lambda: mpu6050.factory_trim([1, 2, 3]), r"self-test registers are \[1, 2, 3\]; expected the four bytes"),
     ],
 )
@@ -318,7 +319,7 @@ def test_rate_and_delays_follow_from_the_registers():
 
 
 def test_the_temperature_of_the_die():
-    np.testing.assert_allclose(mpu6050.temperature_degc([0, -3920, 340]), [36.53, 25.0, 37.53], atol=1e-2)
+    np.testing.assert_allclose(chip.temperature_degc([0, -3920, 340]), [36.53, 25.0, 37.53], atol=1e-2)
 
 
 def test_the_factory_trim_is_decoded_as_the_register_map_says():

@@ -163,7 +163,7 @@ def test_the_line_on_the_screen_tells_rate_losses_and_rest():
         (["serial", "/dev/absent", "--out", "there.csv"], 2, "there.csv exists; a capture does not replace"),
         (["serial", "/dev/absent", "--out", "no/walk.csv"], 2, "no/walk.csv: there is no folder no"),
         (["i2c", "1", "--rate-hz", "300"], 2, "--rate-hz is 300; an MPU6050 divides 1000 Hz"),
-        (["i2c", "1", "--accel-range", "3"], 2, "--accel-range is 3 g; an MPU6050 has 2, 4, 8, 16"),
+        (["i2c", "1", "--accel-range", "3"], 2, "accel_range_g is 3; an MPU6050 has 2, 4, 8, 16"),
         (["i2c", "1", "--address", "0x70"], 2, "address is 0x70; an MPU6050 has 0x68"),
         (["poses", "i2c", "1", "--hold", "0"], 2, "hold is 0 s; expected 1 to 600"),
         (["spi"], 2, '"spi"'),

@@ -35,7 +35,15 @@ def times(blocks: list[Block]) -> np.ndarray:
     return np.concatenate([block.t for block in blocks])
 
 
-@pytest.mark.parametrize("setup", [Setup(), Setup(2, 250, 1, 0), Setup(8, 1000, 0, 79), Setup(4, 500, 6, 255)])
+@pytest.mark.parametrize(
+    "setup",
+    [
+        Setup(),
+        Setup(accel_range_g=2, gyro_range_deg_s=250, dlpf_cfg=1, smplrt_div=0),
+        Setup(accel_range_g=8, gyro_range_deg_s=1000, dlpf_cfg=0, smplrt_div=79),
+        Setup(accel_range_g=4, gyro_range_deg_s=500, dlpf_cfg=6, smplrt_div=255),
+    ],
+)
 def test_every_sample_comes_once_and_in_order(setup):
     chip = FakeMpu6050()
     source = source_of(chip, setup)

@@ -53,17 +53,17 @@ def test_a_sample_has_what_its_line_says():
 
 @given(st.sampled_from((2, 4, 8, 16)), st.sampled_from((250, 500, 1000, 2000)), st.integers(0, 6), st.integers(0, 255))
 def test_settings_survive_the_registers(accel, gyro, dlpf, divider):
-    setup = Setup(accel, gyro, dlpf, divider)
+    setup = Setup(accel_range_g=accel, gyro_range_deg_s=gyro, dlpf_cfg=dlpf, smplrt_div=divider)
     assert Setup.from_registers(setup.registers) == setup
 
 
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"accel_range_g": 3}, "accel_range is 3 g; an MPU6050 has 2, 4, 8, 16"),
-        ({"gyro_range_deg_s": 300}, "gyro_range is 300 deg/s; an MPU6050 has 250, 500, 1000, 2000"),
-        ({"dlpf_cfg": 7}, "dlpf is 7; an MPU6050 has 0, 1, 2"),
-        ({"smplrt_div": 256}, "smplrt_div is 256; expected 0 to 255"),
+        ({"accel_range_g": 3}, "accel_range_g is 3; an MPU6050 has 2, 4, 8, 16"),
+        ({"gyro_range_deg_s": 300}, "gyro_range_deg_s is 300; an MPU6050 has 250, 500, 1000, 2000"),
+        ({"dlpf_cfg": 7}, "dlpf_cfg is 7; an MPU6050 has 0 to 6"),
+        ({"smplrt_div": 256}, "smplrt_div is 256; an MPU6050 has 0 to 255"),
     ],
 )
 def test_the_chip_has_only_these_settings(settings, message):
@@ -226,7 +226,7 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
         (fault_line(99), "fault 99, which is unknown"),
         (header_line(protocol=2), "version 2 of the protocol; expected 1"),
         (header_line(chip=0x70), "reads 0x70, an MPU6500"),
-        (header_line(bytes((4, 7, 0, 0))), "the sketch's settings are wrong: dlpf is 7"),
+        (header_line(bytes((4, 7, 0, 0))), "the sketch's settings are wrong: dlpf_cfg is 7"),
     ],
 )
 def test_trouble_is_told(line, trouble):

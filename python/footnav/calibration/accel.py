@@ -24,6 +24,7 @@ from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import fit_rotations
 from footnav.config import Config, Mechanization
 from footnav.errors import DataError
+from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
 from footnav.triad import as_matrix, as_vector
 
@@ -44,7 +45,7 @@ def calibrate_accel(
     latitude_deg: float | None = None,
     initial: float = 2.0,
     device: str = "",
-    setup: mpu6050.Setup | None = None,
+    setup: Setup | None = None,
 ) -> SensorCalibration:
     """Calibrate the accelerometer, and the gyroscope where the recording allows it, from rests in many poses.
 

@@ -9,10 +9,10 @@ import msgspec
 import numpy as np
 
 from footnav import _core
-from footnav.calibration.mpu6050 import Setup
 from footnav.config import IDENTITY, Calibration, Matrix, Vector
 from footnav.config_file import load_settings, save_settings
 from footnav.errors import ConfigError, DataError
+from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
 from footnav.section import Section, encode
 

@@ -1,9 +1,9 @@
-"""What is special about an MPU6050: its registers, its self-test, and the ways in which it is misread.
+"""What is special about calibrating an MPU6050: its self-test, and the ways in which it is misread.
 
 References
 ----------
 InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, rev. 4.2, 2013: registers 13 to 16
-(self-test), 25 (sample rate divider), 26 (low-pass filter), 27 and 28 (full scales), 65 (temperature).
+(self-test).
 InvenSense, "MPU-6000 and MPU-6050 Product Specification", PS-MPU-6000A-00, rev. 3.4, 2013: sections 6.1 and 6.2.
 """
 
@@ -12,144 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from footnav.errors import ConfigError
-from footnav.io.mpu6050 import ACCEL_RANGES, FULL_SCALE_COUNTS, GYRO_RANGES
-from footnav.recording import STANDARD_GRAVITY, Floats, to_floats
-from footnav.section import Section
+from footnav.recording import STANDARD_GRAVITY, to_floats
 
 CHANGE_LIMIT = 0.14
 """Largest change of the self-test response from the factory's that a sound part shows, relative (both sections 6)."""
-
-
-@dataclass(frozen=True, slots=True)
-class LowPass:
-    """The low-pass filter of one sensor.
-
-    Attributes
-    ----------
-    bandwidth_hz : float
-        Bandwidth, Hz.
-    delay : float
-        Delay of its output, s.
-    """
-
-    bandwidth_hz: float
-    delay: float
-
-
-ROUNDING = 0.005
-"""Relative rounding of the sensitivities in the data sheet."""
-
-_FILTERS = MappingProxyType(
-    {
-        0: (LowPass(260.0, 0.0), LowPass(256.0, 0.98e-3)),
-        1: (LowPass(184.0, 2.0e-3), LowPass(188.0, 1.9e-3)),
-        2: (LowPass(94.0, 3.0e-3), LowPass(98.0, 2.8e-3)),
-        3: (LowPass(44.0, 4.9e-3), LowPass(42.0, 4.8e-3)),
-        4: (LowPass(21.0, 8.5e-3), LowPass(20.0, 8.3e-3)),
-        5: (LowPass(10.0, 13.8e-3), LowPass(10.0, 13.4e-3)),
-        6: (LowPass(5.0, 19.0e-3), LowPass(5.0, 18.6e-3)),
-    }
-)
-"""Filters of accelerometer and gyroscope by DLPF_CFG (register 26)."""
-
-
-class Setup(Section, frozen=True, kw_only=True):
-    """The registers that decide what an MPU6050 puts out.
-
-    Attributes
-    ----------
-    accel_range_g : int
-        Full scale of the accelerometer, g: 2, 4, 8 or 16.
-    gyro_range_deg_s : int
-        Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.
-    dlpf_cfg : int
-        DLPF_CFG, 0 to 6.
-    smplrt_div : int
-        SMPLRT_DIV, 0 to 255.
-
-    Raises
-    ------
-    ConfigError
-        A value that the chip does not have.
-    """
-
-    accel_range_g: int
-    gyro_range_deg_s: int
-    dlpf_cfg: int = 0
-    smplrt_div: int = 0
-
-    def __post_init__(self) -> None:
-        """Refuse what the registers cannot hold."""
-        choices: dict[str, Sequence[int]] = {
-            "accel_range_g": ACCEL_RANGES,
-            "gyro_range_deg_s": GYRO_RANGES,
-            "dlpf_cfg": range(7),
-            "smplrt_div": range(256),
-        }
-        for label, known in choices.items():
-            _check_known(f"mpu6050.{label}", getattr(self, label), known)
-
-    @property
-    def rate_hz(self) -> float:
-        """Samples per second, Hz; beyond 1 kHz the accelerometer repeats itself."""
-        return (8000.0 if self.dlpf_cfg == 0 else 1000.0) / (1 + self.smplrt_div)
-
-    @property
-    def accel_filter(self) -> LowPass:
-        """Low-pass filter of the accelerometer."""
-        return _FILTERS[self.dlpf_cfg][0]
-
-    @property
-    def gyro_filter(self) -> LowPass:
-        """Low-pass filter of the gyroscope."""
-        return _FILTERS[self.dlpf_cfg][1]
-
-    @property
-    def accel_lag(self) -> float:
-        """How much later than the gyroscope the accelerometer answers, s: up to 1 ms either way."""
-        return self.accel_filter.delay - self.gyro_filter.delay
-
-    @property
-    def accel_counts_per_g(self) -> float:
-        """Counts of the accelerometer in 1 g."""
-        return FULL_SCALE_COUNTS / self.accel_range_g
-
-    @property
-    def gyro_counts_per_deg_s(self) -> float:
-        """Counts of the gyroscope in 1 deg/s; the register map rounds them to a tenth."""
-        return FULL_SCALE_COUNTS / self.gyro_range_deg_s
-
-
-def accel_range_g(counts_per_g: float) -> int:
-    """Return the full scale in g of an accelerometer that counts so much in 1 g, such as 16384 or 4096."""
-    return _range(counts_per_g, ACCEL_RANGES, "counts per g")
-
-
-def gyro_range_deg_s(counts_per_deg_s: float) -> int:
-    """Return the full scale in deg/s of a gyroscope that counts so much in 1 deg/s, such as 131 or 16.4."""
-    return _range(counts_per_deg_s, GYRO_RANGES, "counts per deg/s")
-
-
-def temperature_degc(counts: ArrayLike) -> Floats:
-    """Return the temperature of the die.
-
-    Parameters
-    ----------
-    counts : array_like
-        TEMP_OUT (registers 65 and 66), signed.
-
-    Returns
-    -------
-    ndarray
-        Degrees Celsius.
-    """
-    return to_floats("temperature counts", counts) / 340.0 + 36.53
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,18 +162,3 @@ def _change(response: ArrayLike, trim: tuple[float, ...]) -> tuple[float, ...]:
     """Return the relative change of a response from the factory's."""
     measured = to_floats("self-test response", response).tolist()
     return tuple(value / factory - 1 if factory else math.nan for value, factory in zip(measured, trim, strict=True))
-
-
-def _range(counts: float, known: Sequence[int], label: str) -> int:
-    """Return the full scale at which the chip counts so much in one unit."""
-    for full_scale in known:
-        if abs(counts * full_scale / FULL_SCALE_COUNTS - 1) < ROUNDING:
-            return full_scale
-    choices = ", ".join(f"{FULL_SCALE_COUNTS / full_scale:.5g}" for full_scale in known)
-    raise ConfigError(f"{counts:g} {label}: an MPU6050 has {choices}")
-
-
-def _check_known(label: str, value: int, known: Sequence[int]) -> None:
-    if value not in known:
-        choices = f"{known[0]} to {known[-1]}" if isinstance(known, range) else ", ".join(map(str, known))
-        raise ConfigError(f"{label} is {value}; an MPU6050 has {choices}")

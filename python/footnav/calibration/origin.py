@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from footnav.calibration.model import RANGE_TOLERANCE
-from footnav.calibration.mpu6050 import Setup
 from footnav.errors import ConfigError, DataError
+from footnav.mpu6050 import Setup
 from footnav.recording import STANDARD_GRAVITY, Recording
 
 

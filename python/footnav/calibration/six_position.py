@@ -22,6 +22,7 @@ from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import turn_angles
 from footnav.config import Config, Mechanization
 from footnav.errors import DataError
+from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
 from footnav.triad import as_matrix, as_vector
 
@@ -37,7 +38,7 @@ def calibrate_six_position(
     latitude_deg: float | None = None,
     initial: float = 2.0,
     device: str = "",
-    setup: mpu6050.Setup | None = None,
+    setup: Setup | None = None,
 ) -> SensorCalibration:
     """Calibrate from the six sides of a box, and from turns by a known angle about its three edges.
 

@@ -7,13 +7,14 @@ Examples
 ...     recording = record(source, seconds=60)
 """
 
+from footnav.capture.block import Block
 from footnav.capture.guide import Guide, Plan, Stage
 from footnav.capture.i2c_source import I2cSource
 from footnav.capture.line import Decoder, Sample
-from footnav.capture.mpu6050 import Block, Setup
 from footnav.capture.recorder import Recorder, follow, record
 from footnav.capture.serial_source import SerialSource
 from footnav.capture.source import Losses, Source, stream
+from footnav.mpu6050 import Setup
 
 __all__ = [
     "Block",

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footnav.capture.mpu6050 import Block
+from footnav.capture.block import Block
 from footnav.capture.stillness import Stillness, Window
 from footnav.errors import ConfigError
 from footnav.recording import Floats

@@ -8,8 +8,8 @@ InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-
 from collections.abc import Callable
 from typing import Protocol
 
-from footnav.capture.mpu6050 import MPU6050_ID, SAMPLE_REGISTERS, Setup, wrong_chip
 from footnav.errors import ConfigError, DataError
+from footnav.mpu6050 import MPU6050_ID, SAMPLE_REGISTERS, Setup, wrong_chip
 
 ADDRESSES = (0x68, 0x69)
 """With the pin AD0 low, as most boards leave it, and high."""

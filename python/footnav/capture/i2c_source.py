@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footnav.capture.block import Block
 from footnav.capture.clock import HostedClock
 from footnav.capture.i2c_chip import ADDRESSES, FIFO_BYTES, Bus, Mpu6050
-from footnav.capture.mpu6050 import SAMPLE_REGISTERS, Block, Setup
 from footnav.capture.silence import Silence
 from footnav.capture.source import Closing, Losses
 from footnav.errors import ConfigError, DataError
 from footnav.export.library import require
+from footnav.mpu6050 import SAMPLE_REGISTERS, Setup
 from footnav.recording import Floats
 
 if TYPE_CHECKING:

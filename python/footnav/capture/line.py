@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from footnav.capture.mpu6050 import MPU6050_ID, Setup, wrong_chip
 from footnav.capture.source import Losses
 from footnav.errors import ConfigError
+from footnav.mpu6050 import MPU6050_ID, Setup, wrong_chip
 
 PROTOCOL = 1
 """Version of the lines that this decoder understands."""

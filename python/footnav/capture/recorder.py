@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footnav.capture.mpu6050 import Block, Setup
+from footnav.capture.block import Block
 from footnav.capture.source import Source, stream
 from footnav.errors import DataError
+from footnav.mpu6050 import Setup
 from footnav.recording import Recording
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from footnav.capture.block import Block
 from footnav.capture.clock import HostedClock
 from footnav.capture.line import Decoder, Sample
-from footnav.capture.mpu6050 import Block
 from footnav.capture.silence import Silence
 from footnav.capture.source import Closing, Losses
 from footnav.errors import ConfigError, DataError

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol
 
-from footnav.capture.mpu6050 import Block
+from footnav.capture.block import Block
 
 if TYPE_CHECKING:
     from typing_extensions import Self

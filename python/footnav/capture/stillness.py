@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footnav.capture.mpu6050 import Block
+from footnav.capture.block import Block
 from footnav.recording import Floats
 
 WINDOW = 0.2

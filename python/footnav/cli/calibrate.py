@@ -23,11 +23,11 @@ from footnav.calibration import (
     load_calibration,
 )
 from footnav.calibration.model import SENSORS
-from footnav.calibration.mpu6050 import Setup
 from footnav.cli.console import attending, caution, print_table
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.config import Vector
 from footnav.errors import ConfigError
+from footnav.mpu6050 import Setup
 from footnav.recording import Recording
 
 app = App(

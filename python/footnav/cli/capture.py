@@ -10,10 +10,10 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from footnav.capture.block import Block
 from footnav.capture.guide import Guide, Plan, Stage
 from footnav.capture.i2c_chip import ADDRESSES, check_address
 from footnav.capture.i2c_source import I2cSource
-from footnav.capture.mpu6050 import Block, Setup
 from footnav.capture.recorder import Recorder
 from footnav.capture.serial_source import BAUD, SerialSource
 from footnav.capture.source import Source, stream
@@ -22,6 +22,7 @@ from footnav.cli.console import complain
 from footnav.cli.live import Screen, screen
 from footnav.errors import ConfigError, DataError
 from footnav.export.recording import check_suffix
+from footnav.mpu6050 import Setup
 
 _FAILED = 1
 """Exit status."""

@@ -2,19 +2,22 @@
 
 References
 ----------
-InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, revision 4.2, 2013.
+InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, rev. 4.2, 2013: registers 25 (sample
+rate divider), 26 (low-pass filter), 27 and 28 (full scales), 65 (temperature).
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footnav.errors import ConfigError
 from footnav.io.mpu6050 import ACCEL_RANGES, FULL_SCALE_COUNTS, GYRO_RANGES
-from footnav.recording import STANDARD_GRAVITY, Floats
+from footnav.recording import STANDARD_GRAVITY, Floats, to_floats
+from footnav.section import Section
 
 MPU6050_ID = 0x68
 """What the register WHO_AM_I of an MPU6050 reads, whichever address it answers at."""
@@ -34,19 +37,42 @@ _OTHER_CHIPS = {
 SAMPLE_REGISTERS = 14
 """Bytes of a sample, in the order of the registers: accelerometer, thermometer, gyroscope, each high byte first."""
 
-DLPF_CHOICES = range(7)
-"""Settings of the low-pass filter, from 256 Hz (0) down to 5 Hz (6); 7 is reserved."""
-
-_RATE, _RATE_WITHOUT_DLPF = 1000.0, 8000.0
-"""Hz, section 4.4: what the divider divides, with the low-pass filter and at its widest setting 0."""
-
-_KELVIN_COUNTS, _ZERO_COUNT_TEMPERATURE = 340.0, 36.53
-"""Counts per degree, and degrees Celsius at count 0, section 4.18."""
-
 
 @dataclass(frozen=True, slots=True)
-class Setup:
-    """How the chip is set.
+class LowPass:
+    """The low-pass filter of one sensor.
+
+    Attributes
+    ----------
+    bandwidth_hz : float
+        Bandwidth, Hz.
+    delay : float
+        Delay of its output, s.
+    """
+
+    bandwidth_hz: float
+    delay: float
+
+
+_ROUNDING = 0.005
+"""Relative rounding of the sensitivities in the data sheet."""
+
+_FILTERS = MappingProxyType(
+    {
+        0: (LowPass(260.0, 0.0), LowPass(256.0, 0.98e-3)),
+        1: (LowPass(184.0, 2.0e-3), LowPass(188.0, 1.9e-3)),
+        2: (LowPass(94.0, 3.0e-3), LowPass(98.0, 2.8e-3)),
+        3: (LowPass(44.0, 4.9e-3), LowPass(42.0, 4.8e-3)),
+        4: (LowPass(21.0, 8.5e-3), LowPass(20.0, 8.3e-3)),
+        5: (LowPass(10.0, 13.8e-3), LowPass(10.0, 13.4e-3)),
+        6: (LowPass(5.0, 19.0e-3), LowPass(5.0, 18.6e-3)),
+    }
+)
+"""Filters of accelerometer and gyroscope by DLPF_CFG (register 26)."""
+
+
+class Setup(Section, frozen=True, kw_only=True):
+    """The registers that decide what an MPU6050 puts out.
 
     Attributes
     ----------
@@ -55,14 +81,14 @@ class Setup:
     gyro_range_deg_s : int
         Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.  A foot turns at up to 1000 deg/s.
     dlpf_cfg : int
-        Setting of the low-pass filter, 0 to 6; 2 passes 94 Hz, which suits 200 samples per second.
+        Low-pass filter, 0 to 6; 2 passes 94 Hz, which suits 200 samples per second.
     smplrt_div : int
         The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at `dlpf_cfg` 0); 0 to 255.
 
     Raises
     ------
     ConfigError
-        A value is none that the chip has.
+        A value that the chip does not have.
     """
 
     accel_range_g: int = 16
@@ -71,12 +97,15 @@ class Setup:
     smplrt_div: int = 4
 
     def __post_init__(self) -> None:
-        """Refuse what the chip does not have."""
-        _check_choice("accel_range", "g", self.accel_range_g, ACCEL_RANGES)
-        _check_choice("gyro_range", "deg/s", self.gyro_range_deg_s, GYRO_RANGES)
-        _check_choice("dlpf", "", self.dlpf_cfg, tuple(DLPF_CHOICES))
-        if self.smplrt_div not in range(256):
-            raise ConfigError(f"smplrt_div is {self.smplrt_div}; expected 0 to 255")
+        """Refuse what the registers cannot hold."""
+        choices: dict[str, Sequence[int]] = {
+            "accel_range_g": ACCEL_RANGES,
+            "gyro_range_deg_s": GYRO_RANGES,
+            "dlpf_cfg": range(7),
+            "smplrt_div": range(256),
+        }
+        for label, known in choices.items():
+            _check_known(label, getattr(self, label), known)
 
     @classmethod
     def at_rate(cls, rate_hz: float, **settings: Any) -> "Setup":
@@ -103,7 +132,7 @@ class Setup:
         if not (math.isfinite(rate_hz) and rate_hz > 0):
             raise ConfigError(f"rate_hz is {rate_hz}; expected a positive number")
         divider = min(max(round(setup._undivided_hz / rate_hz) - 1, 0), 255)
-        found = cls(setup.accel_range_g, setup.gyro_range_deg_s, setup.dlpf_cfg, divider)
+        found = setup.replace(smplrt_div=divider)
         if not math.isclose(found.rate_hz, rate_hz, rel_tol=1e-4):
             raise ConfigError(
                 f"rate_hz is {rate_hz:g}; an MPU6050 divides {setup._undivided_hz:g} Hz by 1 to 256, "
@@ -147,7 +176,7 @@ class Setup:
 
     @property
     def rate_hz(self) -> float:
-        """Samples per second, Hz, by the chip's own clock."""
+        """Samples per second by the chip's own clock, Hz; beyond 1 kHz the accelerometer repeats itself."""
         return self._undivided_hz / (1 + self.smplrt_div)
 
     @property
@@ -162,67 +191,62 @@ class Setup:
 
     @property
     def _undivided_hz(self) -> float:
-        return _RATE if self.dlpf_cfg else _RATE_WITHOUT_DLPF
+        return 1000.0 if self.dlpf_cfg else 8000.0
+
+    @property
+    def accel_filter(self) -> LowPass:
+        """Low-pass filter of the accelerometer."""
+        return _FILTERS[self.dlpf_cfg][0]
+
+    @property
+    def gyro_filter(self) -> LowPass:
+        """Low-pass filter of the gyroscope."""
+        return _FILTERS[self.dlpf_cfg][1]
+
+    @property
+    def accel_lag(self) -> float:
+        """How much later than the gyroscope the accelerometer answers, s: up to 1 ms either way."""
+        return self.accel_filter.delay - self.gyro_filter.delay
+
+    @property
+    def accel_counts_per_g(self) -> float:
+        """Counts of the accelerometer in 1 g."""
+        return FULL_SCALE_COUNTS / self.accel_range_g
+
+    @property
+    def gyro_counts_per_deg_s(self) -> float:
+        """Counts of the gyroscope in 1 deg/s; the register map rounds them to a tenth."""
+        return FULL_SCALE_COUNTS / self.gyro_range_deg_s
 
     def __str__(self) -> str:
         """Return the settings in one line."""
         return f"{self.accel_range_g} g, {self.gyro_range_deg_s} deg/s, {self.rate_hz:.6g} Hz, low-pass {self.dlpf_cfg}"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Block:
-    """Samples that came together, in SI units.
+def accel_range_g(counts_per_g: float) -> int:
+    """Return the full scale in g of an accelerometer that counts so much in 1 g, such as 16384 or 4096."""
+    return _range(counts_per_g, ACCEL_RANGES, "counts per g")
 
-    Attributes
+
+def gyro_range_deg_s(counts_per_deg_s: float) -> int:
+    """Return the full scale in deg/s of a gyroscope that counts so much in 1 deg/s, such as 131 or 16.4."""
+    return _range(counts_per_deg_s, GYRO_RANGES, "counts per deg/s")
+
+
+def temperature_degc(counts: ArrayLike) -> Floats:
+    """Return the temperature of the die.
+
+    Parameters
     ----------
-    t : ndarray of shape (n,)
-        Time since the first sample of the capture, s.
-    accel : ndarray of shape (n, 3)
-        Specific force along the sensor's axes, m/s².
-    gyro : ndarray of shape (n, 3)
-        Angular rate about the sensor's axes, rad/s.
-    temperature : ndarray of shape (n,)
-        Of the chip, degrees Celsius.
-    setup : Setup
-        How the chip was set.
+    counts : array_like
+        TEMP_OUT (registers 65 and 66), signed.
+
+    Returns
+    -------
+    ndarray
+        Degrees Celsius.
     """
-
-    t: Floats
-    accel: Floats
-    gyro: Floats
-    temperature: Floats
-    setup: Setup
-
-    @classmethod
-    def from_counts(cls, t: Floats, counts: ArrayLike, setup: Setup) -> "Block":
-        """Scale raw counts.
-
-        Parameters
-        ----------
-        t : ndarray of shape (n,)
-            Stamps, s.
-        counts : array_like of shape (n, 7)
-            Accelerometer, thermometer and gyroscope, in the order of the registers.
-        setup : Setup
-            How the chip was set.
-
-        Returns
-        -------
-        Block
-            In SI units.
-        """
-        raw: NDArray[np.float64] = np.asarray(counts, dtype=np.float64).reshape(-1, 7)
-        return cls(
-            t=t,
-            accel=raw[:, :3] / FULL_SCALE_COUNTS * setup.accel_range,
-            gyro=raw[:, 4:] / FULL_SCALE_COUNTS * setup.gyro_range,
-            temperature=raw[:, 3] / _KELVIN_COUNTS + _ZERO_COUNT_TEMPERATURE,
-            setup=setup,
-        )
-
-    def __len__(self) -> int:
-        """Return the number of samples."""
-        return len(self.t)
+    return to_floats("temperature counts", counts) / 340.0 + 36.53
 
 
 def wrong_chip(chip: int) -> str:
@@ -231,6 +255,16 @@ def wrong_chip(chip: int) -> str:
     return f"{chip:#04x}, {likely}; expected {MPU6050_ID:#04x}, an MPU6050, on whose registers and scales this relies"
 
 
-def _check_choice(label: str, unit: str, value: int, known: tuple[int, ...]) -> None:
+def _range(counts: float, known: Sequence[int], label: str) -> int:
+    """Return the full scale at which the chip counts so much in one unit."""
+    for full_scale in known:
+        if abs(counts * full_scale / FULL_SCALE_COUNTS - 1) < _ROUNDING:
+            return full_scale
+    choices = ", ".join(f"{FULL_SCALE_COUNTS / full_scale:.5g}" for full_scale in known)
+    raise ConfigError(f"{counts:g} {label}: an MPU6050 has {choices}")
+
+
+def _check_known(label: str, value: int, known: Sequence[int]) -> None:
     if value not in known:
-        raise ConfigError(f"{label} is {value:g}{unit and ' ' + unit}; an MPU6050 has {', '.join(map(str, known))}")
+        choices = f"{known[0]} to {known[-1]}" if isinstance(known, range) else ", ".join(map(str, known))
+        raise ConfigError(f"{label} is {value}; an MPU6050 has {choices}")
