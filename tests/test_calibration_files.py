@@ -19,6 +19,7 @@ from footnav.calibration import (
     load_imucal,
     load_kalibr,
     mpu6050,
+    read_calibration,
     save_kalibr,
 )
 from footnav.mpu6050 import Setup
@@ -229,6 +230,23 @@ def write_json(tmp_path, content):
     path = tmp_path / "cal.json"
     path.write_text(json.dumps(content))
     return path
+
+
+def test_the_suffix_tells_the_format(tmp_path):
+    """Each as its own reader reads it."""
+    calibration = load_imucal(write_json(tmp_path, imucal_content()))
+    calibration.save(tmp_path / "shoe.toml")
+    assert read_calibration(tmp_path / "shoe.toml") == load_calibration(tmp_path / "shoe.toml")
+    assert read_calibration(write_json(tmp_path, imucal_content())) == calibration
+    save_kalibr(tmp_path / "imu.yaml", Sensor(), 200.0, calibration)
+    assert read_calibration(tmp_path / "imu.yaml") == load_kalibr(tmp_path / "imu.yaml").calibration
+
+
+def test_what_holds_no_calibration_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match=r"imu.yaml: holds noise figures, but no scale or misalignment"):
+        read_calibration(write_yaml(tmp_path, KALIBR))
+    with pytest.raises(ConfigError, match=r"shoe.txt: unknown suffix '.txt', expected .toml, .yaml .Kalibr. or .json"):
+        read_calibration(tmp_path / "shoe.txt")
 
 
 def test_imucal_comes_in_si_units(tmp_path):

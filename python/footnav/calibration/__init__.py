@@ -6,6 +6,7 @@
 """
 
 from footnav.calibration.accel import calibrate_accel
+from footnav.calibration.formats import read_calibration
 from footnav.calibration.gyro import calibrate_gyro
 from footnav.calibration.imucal import load_imucal
 from footnav.calibration.kalibr import KalibrImu, load_kalibr, save_kalibr
@@ -28,6 +29,7 @@ __all__ = [
     "load_calibration",
     "load_imucal",
     "load_kalibr",
+    "read_calibration",
     "save_kalibr",
     "simulate_poses",
 ]

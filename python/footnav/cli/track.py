@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from footnav.calibration import SensorCalibration, load_calibration
+from footnav.calibration import SensorCalibration, read_calibration
 from footnav.cli.console import attending, caution, each_file, make_folder, print_table
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import describe, side_by_side
@@ -166,7 +166,7 @@ def _calibration(path: Path | None, settings: Config) -> SensorCalibration | Non
         return None
     if settings.calibration != Calibration():
         raise ConfigError("--calibration and the [calibration] of --config both correct the readings; leave one out")
-    return load_calibration(path)
+    return read_calibration(path)
 
 
 def _formats(given: str | None) -> tuple[str, ...]:
