@@ -58,6 +58,8 @@ pub struct Aligned {
     pub at_rest: bool,
     /// How long the rest was, s.
     pub rest: f64,
+    /// Standard deviation of the angular rate between the blocks of the rest, rad/s: how much the foot swayed.
+    pub sway: f64,
 }
 
 /// What a sample completed.
@@ -77,6 +79,8 @@ pub(crate) struct Alignment {
     config: AlignmentConfig,
     strapdown: Strapdown,
     rest: Means,
+    /// The means of the blocks of the rest.
+    blocks: Means,
     rest_time: f64,
     /// The sample that ended the last block of rest, or the first of all.
     anchor: Option<ImuSample>,
@@ -86,7 +90,15 @@ pub(crate) struct Alignment {
 
 impl Alignment {
     pub(crate) fn new(config: AlignmentConfig, strapdown: &Strapdown) -> Self {
-        Self { config, strapdown: *strapdown, rest: Means::default(), rest_time: 0.0, anchor: None, block: Vec::new() }
+        Self {
+            config,
+            strapdown: *strapdown,
+            rest: Means::default(),
+            blocks: Means::default(),
+            rest_time: 0.0,
+            anchor: None,
+            block: Vec::new(),
+        }
     }
 
     /// Seconds of samples that are needed at the most.
@@ -127,7 +139,9 @@ impl Alignment {
     /// Counts the newest block as rest.
     pub(crate) fn accept_block(&mut self) {
         let (Some(anchor), Some(newest)) = (self.anchor, self.block.last()) else { return };
-        self.rest.merge(&Means::of(&self.block));
+        let block = Means::of(&self.block);
+        self.rest.merge(&block);
+        self.blocks.add(&block.as_sample(newest.time));
         self.rest_time += newest.time - anchor.time;
         self.anchor = Some(*newest);
         self.block.clear();
@@ -162,6 +176,12 @@ impl Alignment {
         self.towards_heading(level).unwrap_or(level)
     }
 
+    /// Standard deviation of the blocks' angular rates, of the axis where it is greatest.
+    fn sway(&self) -> f64 {
+        let count = self.blocks.count;
+        if count < 2.0 { 0.0 } else { self.blocks.gyro_std() * (count / (count - 1.0)).sqrt() }
+    }
+
     fn is_rest(&self) -> bool {
         self.rest_time >= SHORTEST_REST - 0.5 * BLOCK
     }
@@ -184,7 +204,7 @@ impl Alignment {
         let attitude = self.towards_heading(self.level(&force))?;
         let earth_rate = attitude.inverse() * self.strapdown.earth_rate;
         let gyro_bias = if at_rest { means.angular_rate() - earth_rate } else { Vector3::zeros() };
-        Ok(Aligned { attitude, gyro_bias, at_rest, rest: self.rest_time })
+        Ok(Aligned { attitude, gyro_bias, at_rest, rest: self.rest_time, sway: self.sway() })
     }
 
     fn level(&self, force: &Vector3<f64>) -> UnitQuaternion<f64> {
@@ -288,6 +308,10 @@ impl Means {
         self.force_squares += other.force_squares;
         self.rate += other.rate;
         self.rate_squares += other.rate_squares;
+    }
+
+    fn as_sample(&self, time: f64) -> ImuSample {
+        ImuSample { time, specific_force: self.specific_force(), angular_rate: self.angular_rate() }
     }
 
     fn specific_force(&self) -> Vector3<f64> {

@@ -108,7 +108,7 @@ impl ErrorStateFilter {
         let (sensor, filter) = (&config.sensor, &config.filter);
         let estimate = Estimate {
             nav: NavState::at_rest(time, aligned.attitude),
-            gyro_bias: aligned.gyro_bias,
+            gyro_bias: trust_in_rest(config, aligned) * aligned.gyro_bias,
             accel_bias: Vector3::zeros(),
         };
         let noise = ProcessNoise {
@@ -338,11 +338,18 @@ fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     p.add_transformed(Block::Attitude, Block::AccelBias, &levelling);
     p.add_diagonal(Block::Attitude, &attitude_variances(settings.tilt_std, heading_std));
     p.add_variance(Block::Velocity, config.filter.zero_velocity_std.powi(2));
-    p.add_variance(
-        Block::GyroBias,
-        settings.gyro_bias_std.powi(2) * settings.duration / aligned.rest.min(settings.duration),
-    );
+    let averaged = settings.gyro_bias_std.powi(2) * settings.duration / aligned.rest.min(settings.duration);
+    p.add_variance(Block::GyroBias, averaged + trust_in_rest(config, aligned) * aligned.sway.powi(2));
     p
+}
+
+/// How much of the angular rate at rest is taken for the gyroscope's bias: all of it when the foot did not sway, little when it swayed by more than biases are.
+///
+/// The estimate with the least variance of a bias of variance σ² from an average that the sway puts out by s is σ²/(σ² + s²) of the average.  A sway is slow against
+/// the rest, so it is not averaged out.
+fn trust_in_rest(config: &Config, aligned: &Aligned) -> f64 {
+    let bias = config.sensor.gyro_bias_std.powi(2);
+    bias / (bias + aligned.sway.powi(2))
 }
 
 /// Variances of the attitude error: roll and pitch, and a heading that may be known by definition.
