@@ -183,6 +183,7 @@ OUT_OF_RANGE = [
     ("detector", AdaptiveShoe, {"window": 0.0}),
     ("detector", AdaptiveShoe, {"factor": 0.5}),
     ("detector", AdaptiveShoe, {"look_ahead": -0.1}),
+    ("detector", AdaptiveShoe, {"contrast": 1.1}),
     ("detector", AdaptiveShoe, {"accel_std": 0.0}),
     ("detector", Shoe, {"threshold": -1.0}),
     ("detector", Shoe, {"gyro_std": 0.0}),

@@ -110,8 +110,10 @@ def test_adaptive_shoe(window, behind, ahead, factor, floor):
     statistic = shoe_statistic(rec, length, detector.accel_std, detector.gyro_std, Config().gravity)
     np.testing.assert_allclose(result.statistic, statistic, rtol=1e-9, equal_nan=True)
     inside = np.isfinite(statistic)
-    lowest = [np.nanmin(statistic[max(0, k - behind) : k + ahead + 1]) for k in np.flatnonzero(inside)]
-    expected = np.clip(factor * np.array(lowest), floor, detector.ceiling)
+    around = [statistic[max(0, k - behind) : k + ahead + 1] for k in np.flatnonzero(inside)]
+    stillest = np.array([factor * np.nanmin(part) for part in around])
+    below_swing = np.array([detector.contrast * np.nanmax(part) for part in around])
+    expected = np.clip(np.minimum(stillest, below_swing), floor, detector.ceiling)
     np.testing.assert_allclose(result.threshold[inside], expected, rtol=1e-9)
 
 

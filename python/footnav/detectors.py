@@ -27,6 +27,8 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
         Statistic below which a sample is stationary however low the minimum is.
     ceiling : float
         Statistic above which a sample is never stationary.
+    contrast : float
+        Part of the maximum around the sample up to which it is stationary.
     """
 
     window: float = 0.05
@@ -37,6 +39,7 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
     factor: float = 1.5
     floor: float = 500.0
     ceiling: float = 2.0e5
+    contrast: float = 0.015
 
 
 class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):

@@ -58,6 +58,8 @@ pub struct AdaptiveShoeConfig {
     pub floor: f64,
     /// Statistic above which a sample is never stationary: a foot that is shaken all the time has minima too.
     pub ceiling: f64,
+    /// Part of the maximum around a sample up to which it is stationary: a slow swing has minima too.
+    pub contrast: f64,
 }
 
 impl Default for AdaptiveShoeConfig {
@@ -71,6 +73,7 @@ impl Default for AdaptiveShoeConfig {
             factor: 1.5,
             floor: 500.0,
             ceiling: 2.0e5,
+            contrast: 0.015,
         }
     }
 }
@@ -299,7 +302,8 @@ impl AdaptiveShoeConfig {
         within("detector.look_ahead", self.look_ahead, 0.0..=10.0, "between 0 and 10 s")?;
         within("detector.factor", self.factor, 1.0..=f64::MAX, "at least 1")?;
         at_least_zero("detector.floor", self.floor)?;
-        within("detector.ceiling", self.ceiling, self.floor..=f64::MAX, "at least detector.floor")
+        within("detector.ceiling", self.ceiling, self.floor..=f64::MAX, "at least detector.floor")?;
+        within("detector.contrast", self.contrast, 0.0..=1.0, "between 0 and 1")
     }
 }
 

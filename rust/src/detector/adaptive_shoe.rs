@@ -3,6 +3,9 @@
 //! How still a foot gets in stance depends on the person, the gait and the sensor, by factors of a thousand; that it gets stiller there than anywhere else in the
 //! stride does not.  So a sample is stationary where its statistic is within a small factor of the least one around it, or below a floor that no moving foot
 //! reaches; and never above a ceiling that no standing foot reaches.
+//!
+//! A swing that lasts longer than the detector looks has a least statistic too.  But a stance is stiller than the swing next to it by orders of magnitude, and a
+//! pause of a slow swing is not: above the floor, a stationary sample's statistic must also be small against the greatest one around it.
 
 use std::collections::VecDeque;
 
@@ -19,12 +22,15 @@ use crate::sample::ImuSample;
 pub struct AdaptiveShoe {
     statistic: ShoeStatistic,
     minimum: SlidingMinimum,
+    /// Of the statistics with their sign reversed: minus their maximum.
+    reversed_minimum: SlidingMinimum,
     /// Statistics whose look-ahead is not complete.
     waiting: VecDeque<f64>,
     look_ahead: usize,
     factor: f64,
     floor: f64,
     ceiling: f64,
+    contrast: f64,
 }
 
 impl AdaptiveShoe {
@@ -36,16 +42,19 @@ impl AdaptiveShoe {
         Self {
             statistic: ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity),
             minimum: SlidingMinimum::new(span),
+            reversed_minimum: SlidingMinimum::new(span),
             waiting: VecDeque::with_capacity(look_ahead + 1),
             look_ahead,
             factor: config.factor,
             floor: config.floor,
             ceiling: config.ceiling,
+            contrast: config.contrast,
         }
     }
 
     fn take_in(&mut self, statistic: f64) -> Option<Decision> {
         self.minimum.push(statistic);
+        self.reversed_minimum.push(-statistic);
         self.waiting.push_back(statistic);
         if self.waiting.len() <= self.look_ahead {
             return None;
@@ -54,8 +63,9 @@ impl AdaptiveShoe {
     }
 
     fn decide(&self, statistic: f64) -> Decision {
+        let below_swing = self.reversed_minimum.get().map_or(f64::NAN, |reversed| -self.contrast * reversed);
         let threshold = self.minimum.get().map_or(f64::NAN, |minimum| self.factor * minimum);
-        Decision::up_to(threshold.max(self.floor).min(self.ceiling), statistic)
+        Decision::up_to(threshold.min(below_swing).max(self.floor).min(self.ceiling), statistic)
     }
 }
 
@@ -75,12 +85,14 @@ impl Detector for AdaptiveShoe {
             }
         }
         self.minimum.advance();
+        self.reversed_minimum.advance();
         self.waiting.pop_front().map(|statistic| self.decide(statistic))
     }
 
     fn reset(&mut self) {
         self.statistic.reset();
         self.minimum.reset();
+        self.reversed_minimum.reset();
         self.waiting.clear();
     }
 }
