@@ -254,7 +254,8 @@ def simulate(
     recording : Recording
         What the sensor reads.
     truth : Trajectory
-        Position, velocity, attitude and biases at each sample, and where the foot stands flat on ground that is at rest.
+        Position, velocity, attitude and biases at each sample, and where the foot stands flat on ground that is at
+        rest.
 
     Raises
     ------

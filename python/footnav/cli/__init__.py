@@ -13,6 +13,7 @@ from footnav import __version__
 from footnav.cli.console import complain
 from footnav.cli.demo import demonstrate
 from footnav.cli.info import inform
+from footnav.cli.papers import reproduce
 from footnav.cli.simulate import simulate_walk
 from footnav.cli.track import track_files
 from footnav.errors import ConfigError, FootnavError
@@ -29,6 +30,7 @@ app = App(
 app.command(demonstrate, name="demo", usage="Usage: footnav demo [OPTIONS]")
 app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTIONS]")
 app.command(simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]")
+app.command(reproduce, name="papers", usage="Usage: footnav papers [OPTIONS]")
 app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from footnav.evaluation import Evaluation
+from footnav.papers import Row
 from footnav.trajectory import Summary
 
 
@@ -94,6 +95,35 @@ def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: f
     return table
 
 
+def beside_papers(rows: Sequence[Row]) -> Table:
+    """Put our figures beside those of the papers.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        One for each approach, those of an experiment one after the other.
+
+    Returns
+    -------
+    Table
+        A row for each of them.
+    """
+    table = _table("experiment", "approach", "paper", "median", "90 %", "", "met", "walks")
+    before = None
+    for row in rows:
+        title = f"{row.reference} {row.experiment}"
+        table.add_row(
+            Text("" if title == before else title),
+            Text(row.approach or row.note[: row.note.find(";")]),
+            *(_figure(figure) for figure in (row.paper, row.ours_median, row.ours_p90)),
+            row.unit,
+            {None: "", True: "yes", False: "no"}[row.met],
+            f"{row.seeds}",
+        )
+        before = title
+    return table
+
+
 def as_text(table: Table) -> str:
     """Render a table without colours."""
     file = io.StringIO()
@@ -107,6 +137,13 @@ def _table(first: str, *others: str) -> Table:
     for title in others:
         table.add_column(title, justify="right", no_wrap=True)
     return table
+
+
+def _figure(value: float | None) -> str:
+    """Write a figure to a hundredth, or to the unit where it is large."""
+    if value is None:
+        return ""
+    return f"{value:.2f}" if value < 100 else f"{value:,.0f}"
 
 
 def _percent(share: float) -> str:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -50,12 +50,17 @@ WIDE = CLIPPING.replace(accel=CLIPPING.accel.replace(range=None), gyro=CLIPPING.
 
 FLOORS, RISERS, RISER, TREAD = 4, 20, 0.17, 0.29
 """Flights, risers in a flight, and height and depth of each, m."""
-LOOP = (70.0, 35.0)
+LOOP = (80.0, 43.0)
 """Length and width of the loop on the top floor, m."""
 TO_LIFT = 3.0
 """From the end of the loop to the lift, m."""
 
-TABLE_1 = {"dr": 3148.0, "dr+lwi": 25.84, "dr+rv": 6.16, "kf": 2.04, "kf+lwi": 1.89, "kf+rv": 1.81}
+SIX = (("DR", "dr"), ("KF", "kf"))
+"""Names of the filters of the six approaches, and their kinds."""
+CORRECTIONS: tuple[tuple[str, Literal["none", "lwi", "rv"]], ...] = (("", "none"), ("+LWI", "lwi"), ("+RV", "rv"))
+"""Names of the corrections, and their kinds."""
+
+TABLE_1 = {"DR": 3148.0, "DR+LWI": 25.84, "DR+RV": 6.16, "KF": 2.04, "KF+LWI": 1.89, "KF+RV": 1.81}
 """Closing errors of the six approaches, m."""
 
 KNOWN = ", ranges known"
@@ -76,18 +81,24 @@ SMOOTHED = BASE.replace(smoother=Smoother(kind="rts"))
 STEPWISE = BASE.replace(smoother=Smoother(kind="stepwise"))
 
 
-def _six(paper: dict[str, float]) -> Iterable[Approach]:
+def _six(paper: dict[str, float]) -> tuple[Approach, ...]:
     """Return the six approaches of table I, with a filter that does not know of the clipping."""
-    for name in TABLE_1:
-        kind, _, correction = name.partition("+")
-        config = BASE.replace(filter=BASE.filter.replace(kind=kind), correction=Correction(kind=correction or "none"))
-        yield Approach(name.upper(), config, paper=paper.get(name), ranges_known=False)
+    return tuple(
+        Approach(
+            name + suffix,
+            BASE.replace(filter=BASE.filter.replace(kind=kind), correction=Correction(kind=correction)),
+            paper=paper.get(name + suffix),
+            ranges_known=False,
+        )
+        for name, kind in SIX
+        for suffix, correction in CORRECTIONS
+    )
 
 
 def _all(paper: dict[str, float]) -> tuple[Approach, ...]:
-    six = tuple(_six(paper))
-    known = (Approach(a.name + KNOWN, a.config) for a in six if a.name.startswith("KF"))
-    return (*six, *known)
+    six = _six(paper)
+    known = tuple(Approach(one.name + KNOWN, one.config) for one in six if one.config.filter.kind == "kf")
+    return six + known
 
 
 SMOOTHERS = (
@@ -116,7 +127,7 @@ def experiments() -> tuple[Experiment, ...]:
     title = "four floors, loop, lift"
     return (
         Experiment("P3", f"{title}, clipped", clipped, _all(TABLE_1), length, note="300 deg/s and 5 g"),
-        Experiment("P3", f"{title}, not clipped", wide, tuple(_six({})), length, note="ranges that hold the foot"),
+        Experiment("P3", f"{title}, not clipped", wide, _six({}), length, note="ranges that hold the foot"),
         Experiment(
             "P3", f"{title}, along the way", clipped, SMOOTHERS, length, measure=armse, note="ARMSE; 300 deg/s and 5 g"
         ),
@@ -169,7 +180,7 @@ class Clipped:
             raise DataError(f"{folder}: no recordings (*.npz) there")
         return cls(files)
 
-    def count(self, seeds: int) -> int:  # noqa: ARG002
+    def count(self, seeds: int) -> int:
         """Return the number of files, however many seeds are asked for."""
         return len(self.files)
 
@@ -185,7 +196,7 @@ class Clipped:
                 accel_range=ACCEL_RANGE,
                 gyro_range=GYRO_RANGE,
             )
-            return Walk(recording, columns["position"] if "position" in columns else None)
+            return Walk(recording, columns.get("position"))
 
 
 def _length(route: Route) -> float:

@@ -3,7 +3,6 @@
 import math
 
 from footnav.config import Config, Filter, Mechanization
-
 from footnav.detectors import AdaptiveShoe, MagnitudeVariance
 from footnav.papers.experiment import Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
