@@ -8,7 +8,7 @@ from footnav.cli.console import attending, caution, make_folder, print_table
 from footnav.cli.report import beside_papers
 from footnav.errors import ConfigError
 from footnav.export.library import require
-from footnav.papers import Row, experiments_of, run
+from footnav.papers import Outcome, Row, experiments_of, run
 from footnav.papers.picture import draw
 from footnav.papers.report import write_json
 
@@ -61,9 +61,14 @@ def reproduce(
         write_json(rows, json)
         print(f"{json}: {len(rows)} rows")
     if plots is not None:
-        for _, of_one in groupby(outcomes, key=lambda outcome: id(outcome.experiment)):
-            print(draw(list(of_one), plots))
+        _draw_each(outcomes, plots)
     return 0
+
+
+def _draw_each(outcomes: list[Outcome], folder: Path) -> None:
+    """Draw every experiment."""
+    for _, of_one in groupby(outcomes, key=lambda outcome: outcome.experiment.title):
+        print(draw(list(of_one), folder))
 
 
 def _folder_in_environment() -> Path | None:

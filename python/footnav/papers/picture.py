@@ -12,6 +12,7 @@ import numpy as np
 
 from footnav.errors import FootnavWarning
 from footnav.export.atomic import replacing
+from footnav.export.library import require
 from footnav.papers.run import Outcome, follow
 from footnav.plot import FAINT, INK, TRACK, TRUTH, _axes, _figure
 
@@ -84,7 +85,11 @@ def _draw_errors(outcomes: Sequence[Outcome], ax: Axes) -> None:
         ax.plot(outcome.median, place, "o", color=colour, ms=6)
         if outcome.approach.paper is not None:
             ax.plot(outcome.approach.paper, place, "D", mfc="none", mec=INK, ms=6)
+    ticker = require("matplotlib.ticker", "footnav[plot]")
     ax.set_xscale("log")
+    ax.xaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter(ticker.NullFormatter())
     ax.set_yticks(np.arange(len(outcomes)), [outcome.approach.name for outcome in outcomes])
     ax.invert_yaxis()
     ax.grid(visible=True, axis="x", color="#EEEEEE", lw=0.6)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footnav.errors import FootnavWarning
-from footnav.papers.experiment import Approach, Experiment, Walk
+from footnav.papers.experiment import Approach, Experiment
 from footnav.recording import Recording
 from footnav.tracking import track
 
@@ -78,26 +79,32 @@ def run(
     FootnavError
         A walk cannot be simulated, read or tracked.
     """
-    walks = [(experiment, number) for experiment in experiments for number in range(experiment.walks.count(seeds))]
     # The core releases the interpreter's lock, so threads keep all processors busy.
     with warnings.catch_warnings(), ThreadPoolExecutor(os.cpu_count()) as executor:
         warnings.simplefilter("ignore", FootnavWarning)
-        futures = [executor.submit(_figures, *walk) for walk in walks]
+        futures = [
+            [executor.submit(_figures, experiment, number) for number in range(experiment.walks.count(seeds))]
+            for experiment in experiments
+        ]
         try:
-            for done, future in enumerate(as_completed(futures), start=1):
-                future.result()
-                if progress is not None:
-                    progress(done / len(futures))
+            _wait(list(chain.from_iterable(futures)), progress)
         finally:
             executor.shutdown(cancel_futures=True)
-    figures: dict[int, list[tuple[float, ...]]] = {}
-    for (experiment, _), future in zip(walks, futures, strict=True):
-        figures.setdefault(id(experiment), []).append(future.result())
     return [
-        Outcome(experiment, approach, of_approach)
-        for experiment in experiments
-        for approach, of_approach in zip(experiment.approaches, zip(*figures[id(experiment)], strict=True), strict=True)
+        Outcome(experiment, approach, figures)
+        for experiment, of_walks in zip(experiments, futures, strict=True)
+        for approach, figures in zip(
+            experiment.approaches, zip(*(future.result() for future in of_walks), strict=True), strict=True
+        )
     ]
+
+
+def _wait(futures: list[Future[tuple[float, ...]]], progress: Callable[[float], None] | None) -> None:
+    """Wait for all, or raise what the first that fails raises."""
+    for done, future in enumerate(as_completed(futures), start=1):
+        future.result()
+        if progress is not None:
+            progress(done / len(futures))
 
 
 def follow(approach: Approach, recording: Recording) -> Trajectory:
@@ -109,5 +116,5 @@ def follow(approach: Approach, recording: Recording) -> Trajectory:
 
 def _figures(experiment: Experiment, number: int) -> tuple[float, ...]:
     """Return the figure of each approach on one walk."""
-    walk: Walk = experiment.walks.load(number)
+    walk = experiment.walks.load(number)
     return tuple(experiment.figure(follow(approach, walk.recording), walk) for approach in experiment.approaches)
