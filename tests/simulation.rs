@@ -2,7 +2,9 @@
 
 use footnav::earth;
 use footnav::error::ConfigError;
-use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, TriadErrors, Walk, corrupt, rest, simulate};
+use footnav::simulation::{
+    Gait, Route, SensorErrors, SimulationSettings, TriadErrors, Walk, Waypoint, corrupt, rest, simulate,
+};
 use footnav::strapdown::{Increments, MechanizationKind, NavState};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -77,6 +79,36 @@ fn the_strapdown_leads_back_to_the_truth_in_every_mounting_and_gait() {
             assert_replays(&ideal(&Route::out_and_back(4.0), &gait, &settings), &settings);
         }
     }
+}
+
+/// Four metres to a lift, down in it, and on in another direction.
+fn down_a_lift() -> Route {
+    let waypoint = |position: [f64; 3], lift| Waypoint { position: position.into(), lift, tread: false };
+    Route {
+        waypoints: vec![
+            waypoint([0.0; 3], false),
+            waypoint([4.0, 0.0, 0.0], false),
+            waypoint([4.0, 0.0, -5.0], true),
+            waypoint([1.0, 0.0, -5.0], false),
+        ],
+    }
+}
+
+#[test]
+fn the_strapdown_leads_back_to_the_truth_through_a_lift() {
+    for settings in all_settings() {
+        assert_replays(&ideal(&down_a_lift(), &Gait::walk(), &settings), &settings);
+    }
+}
+
+#[test]
+fn in_a_lift_that_moves_the_foot_does_not_stand_on_the_ground() {
+    let walk = ideal(&down_a_lift(), &Gait { tremor: 0.0, ..Gait::walk() }, &SimulationSettings::default());
+    let ridden: Vec<_> = walk.truth.iter().zip(&walk.stance).filter(|(state, _)| state.velocity.z < -0.99).collect();
+    assert!(ridden.len() > 100, "{} samples at the full speed of the lift", ridden.len());
+    assert!(ridden.iter().all(|(state, stance)| !**stance && state.velocity.xy().norm() < 1e-9));
+    let end = walk.truth[walk.truth.len() - 1].position;
+    assert!((end - Vector3::new(1.0, 0.0, -5.0)).norm() < 2e-3, "{end}");
 }
 
 #[test]

@@ -70,11 +70,41 @@ def read_csv(path: Path) -> tuple[list[str], Any]:
 
 def test_csv_holds_every_digit(traj: Trajectory, tmp_path: Path) -> None:
     """Reading the text gives back the same numbers, to the bit."""
-    traj.save(tmp_path / "walk.csv")
+    dataclasses.replace(traj, origin=None).save(tmp_path / "walk.csv")
     header, rows = read_csv(tmp_path / "walk.csv")
     assert ",".join(header) == "t,px,py,pz,vx,vy,vz,qx,qy,qz,qw,zero_velocity,std_x,std_y,std_z"
     parts = [traj.t, traj.position, traj.velocity, traj.quaternion, traj.zero_velocity, traj.position_std]
     np.testing.assert_array_equal(rows, np.column_stack(parts))
+
+
+@pytest.mark.parametrize("frame", ["enu", "ned"])
+def test_csv_holds_places_where_they_are_known(traj: Trajectory, tmp_path: Path, frame: str) -> None:
+    """Latitude, longitude and height, whatever the frame of the rest; none where x may not be east."""
+    traj.save(tmp_path / "walk.csv", frame=frame)
+    header, rows = read_csv(tmp_path / "walk.csv")
+    assert header[15:] == ["latitude_deg", "longitude_deg", "height"]
+    np.testing.assert_array_equal(rows[:, 15:], traj.geodetic())
+    replace(traj, heading_known=False).save(tmp_path / "turned.csv")
+    assert "height" not in read_csv(tmp_path / "turned.csv")[0]
+
+
+def test_geodetic_goes_back_to_metres(traj: Trajectory) -> None:
+    """Latitude first, and the origin that is given counts."""
+    latitude, longitude, height = replace(traj, origin=(1.0, 2.0, 3.0)).geodetic(ORIGIN).T
+    np.testing.assert_allclose(enu_of(longitude, latitude, height), traj.position, atol=1e-4)
+    assert traj[:1].geodetic().shape == (1, 3)
+    assert traj[:0].geodetic().shape == (0, 3)
+
+
+def test_geodetic_says_what_it_lacks(traj: Trajectory) -> None:
+    """An origin, a possible one, and a heading."""
+    with pytest.raises(ConfigError, match=r"no origin: set output\.origin in the configuration, or geodetic\(\("):
+        replace(traj, origin=None).geodetic()
+    with pytest.raises(ConfigError, match="latitude is 91"):
+        traj.geodetic((91, 0, 0))
+    with pytest.warns(FootnavWarning, match=r"alignment\.heading_deg") as warned:
+        replace(traj, heading_known=False).geodetic()
+    assert warned[0].filename == __file__
 
 
 @given(position=arrays(np.float64, (3, 3)))
@@ -93,11 +123,11 @@ def test_ned_is_a_rotation_of_the_vectors(traj: Trajectory, tmp_path: Path) -> N
     traj.save(tmp_path / "walk.csv", frame="ned")
     header, rows = read_csv(tmp_path / "walk.csv")
     assert header[1:7] == ["pn", "pe", "pd", "vn", "ve", "vd"]
-    assert header[12:] == ["std_n", "std_e", "std_d"]
+    assert header[12:15] == ["std_n", "std_e", "std_d"]
     to_ned = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
     np.testing.assert_allclose(rows[:, 1:4], to_ned.apply(traj.position.copy()), atol=1e-12)
     np.testing.assert_allclose(rows[:, 4:7], to_ned.apply(traj.velocity.copy()), atol=1e-12)
-    np.testing.assert_array_equal(rows[:, 12:], traj.position_std[:, [1, 0, 2]])
+    np.testing.assert_array_equal(rows[:, 12:15], traj.position_std[:, [1, 0, 2]])
     axes = Rotation.from_quat(traj.quaternion).as_matrix()
     np.testing.assert_allclose(Rotation.from_quat(rows[:, 7:11]).as_matrix(), to_ned.as_matrix() @ axes, atol=1e-12)
 

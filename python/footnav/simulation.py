@@ -31,10 +31,13 @@ class Waypoint(Section, frozen=True, kw_only=True):
         Where the sole goes, n frame, m.
     tread : bool
         Whether the way to here is a single stride onto a tread of stairs; if not, it is divided into strides.
+    lift : bool
+        Whether a lift carries the walker here, straight up or down, while the foot stands.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
     tread: bool = False
+    lift: bool = False
 
 
 class Route(Section, frozen=True, kw_only=True):
@@ -254,7 +257,8 @@ def simulate(
     recording : Recording
         What the sensor reads.
     truth : Trajectory
-        Position, velocity, attitude and biases at each sample, and where the foot stands flat.
+        Position, velocity, attitude and biases at each sample, and where the foot stands flat on ground that is at
+        rest.
 
     Raises
     ------

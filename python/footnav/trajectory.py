@@ -313,6 +313,40 @@ class Trajectory:
             health=self.health,
         )
 
+    def geodetic(self, origin: Sequence[float] | None = None) -> Floats:
+        """Place the track on Earth.
+
+        Parameters
+        ----------
+        origin : (latitude, longitude, height), optional
+            Degrees and m (WGS-84); that of the track unless given.
+
+        Returns
+        -------
+        (n, 3) ndarray
+            Latitude and longitude in degrees and ellipsoidal height in m.
+
+        Raises
+        ------
+        ConfigError
+            For an impossible origin, or none at all.
+
+        Warns
+        -----
+        FootnavWarning
+            When the heading at the start is not known, and x may not be east.
+        """
+        from footnav.export.geographic import place, warn_of_heading
+
+        where = self.origin if origin is None else check_origin(origin)
+        if where is None:
+            raise ConfigError(
+                "the track has no origin: set output.origin in the configuration, "
+                "or geodetic((latitude, longitude, height))"
+            )
+        warn_of_heading(self, stacklevel=2)
+        return place(self.position, where)
+
     def save(self, path: str | PathLike[str], **options: Any) -> None:
         """Write the track to a file whose suffix names the format; see `footnav.export.save`."""
         from footnav.export import save

@@ -13,6 +13,7 @@ mod draw;
 mod flicker;
 mod footing;
 mod gait;
+mod lift;
 mod motion;
 mod route;
 mod sensor;
@@ -50,7 +51,7 @@ pub struct Walk {
     ///
     /// Velocity and attitude are those of the moving foot; the position is their integral by the rule of the mechanization that the samples are made for.
     pub truth: Vec<NavState>,
-    /// Whether the foot stands flat on the ground, from the end of its roll over the heel to heel-off.
+    /// Whether the foot stands flat on ground that is at rest, from the end of its roll over the heel to heel-off.
     pub stance: Vec<bool>,
     /// Bias of the gyroscopes in each sample, b frame, rad/s.
     pub gyro_bias: Vec<Vector3<f64>>,

@@ -16,6 +16,7 @@ from footnav.cli.capture import app as capture_app
 from footnav.cli.console import complain
 from footnav.cli.demo import demonstrate
 from footnav.cli.info import inform
+from footnav.cli.papers import reproduce
 from footnav.cli.simulate import simulate_walk
 from footnav.cli.track import track_files
 from footnav.errors import ConfigError, FootnavError
@@ -35,6 +36,7 @@ app.command(simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE
 app.command(measure_noise, name="allan", usage="Usage: footnav allan FILE [OPTIONS]")
 app.command(capture_app)
 app.command(calibrate.app)
+app.command(reproduce, name="papers", usage="Usage: footnav papers [OPTIONS]")
 app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
 
 

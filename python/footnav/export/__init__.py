@@ -37,6 +37,7 @@ def save(traj: Trajectory, path: str | PathLike[str], **options: Any) -> None:
         The track.
     path : path
         ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned" (default: `traj.frame`).
+        ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg and height where origin and heading are known.
         ``.npz``: everything, read back by `load_trajectory`; no options.
         ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude and height; option `origin`, (latitude, longitude, height)
         in degrees and m (default: `traj.origin`).

@@ -13,8 +13,27 @@ from footnav.trajectory import Origin, Trajectory, check_origin
 Floats = NDArray[np.float64]
 
 
+def place(position: Floats, origin: Origin) -> Floats:
+    """Place positions on Earth.
+
+    Parameters
+    ----------
+    position : (n, 3) ndarray
+        East, north and up of the origin, m.
+    origin : (latitude, longitude, height)
+        Degrees and m (WGS-84).
+
+    Returns
+    -------
+    (n, 3) ndarray
+        Latitude and longitude in degrees and ellipsoidal height in m.
+    """
+    pymap3d = require("pymap3d", "pymap3d")
+    return np.column_stack(pymap3d.enu2geodetic(*position.T, *origin))
+
+
 def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
-    """Place a track on Earth.
+    """Place the line of a track on a map.
 
     Parameters
     ----------
@@ -42,22 +61,13 @@ def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
         be east.
     """
     _check_positions(traj)
-    latitude, longitude, height = _origin(traj, origin)
-    pymap3d = require("pymap3d", "pymap3d")
-    lat, lon, up = pymap3d.enu2geodetic(*traj.position.T, latitude, longitude, height)
-    return np.column_stack([lon, lat, up])
+    return place(traj.position, _origin(traj, origin))[:, [1, 0, 2]]
 
 
 def _origin(traj: Trajectory, origin: Sequence[float] | None) -> Origin:
     given = check_origin(origin) if origin is not None else traj.origin
     if given is not None:
-        if not traj.heading_known:
-            warnings.warn(
-                "the heading at the start is not known, so the map shows the track turned about its origin: "
-                "set alignment.heading_deg in the configuration, or take it from the magnetometer",
-                FootnavWarning,
-                stacklevel=2,
-            )
+        warn_of_heading(traj, stacklevel=3)
         return given
     warnings.warn(
         "the track has no origin and is put at latitude 0, longitude 0: "
@@ -66,6 +76,17 @@ def _origin(traj: Trajectory, origin: Sequence[float] | None) -> Origin:
         stacklevel=2,
     )
     return 0.0, 0.0, 0.0
+
+
+def warn_of_heading(traj: Trajectory, stacklevel: int) -> None:
+    """Warn of a track whose x axis may not be east; `stacklevel` as for `warnings.warn`."""
+    if not traj.heading_known:
+        warnings.warn(
+            "the heading at the start is not known, so the map shows the track turned about its origin: "
+            "set alignment.heading_deg in the configuration, or take it from the magnetometer",
+            FootnavWarning,
+            stacklevel=stacklevel + 1,
+        )
 
 
 def _check_positions(traj: Trajectory) -> None:

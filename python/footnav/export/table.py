@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footnav.export.frames import states_in
+from footnav.export.geographic import place
 from footnav.export.library import require
 from footnav.trajectory import Trajectory
 
@@ -48,6 +49,8 @@ def _columns(traj: Trajectory, frame: str | None) -> dict[str, NDArray[Any]]:
     columns |= _named(["qx", "qy", "qz", "qw"], states.quaternion)
     columns["zero_velocity"] = traj.zero_velocity
     columns |= _named([f"std_{axis}" for axis in axes], states.position_std)
+    if traj.origin is not None and traj.heading_known:
+        columns |= _named(["latitude_deg", "longitude_deg", "height"], place(traj.position, traj.origin))
     return columns
 
 

@@ -25,12 +25,18 @@ pub(super) struct Foothold {
     pub(super) position: Vector3<f64>,
     /// Direction of the toes, rad, anticlockwise from n x.
     pub(super) yaw: f64,
+    /// Whether a lift carried the foot here.
+    pub(super) by_lift: bool,
 }
 
 /// The footholds of a walk along a valid route.
 pub(super) fn plan(route: &Route, gait: &Gait, random: &mut ChaCha8Rng) -> Vec<Foothold> {
     let mut footholds = Vec::new();
     for run in runs(route, gait.sharpest_curve) {
+        if run.lift {
+            ride(&mut footholds, &run);
+            continue;
+        }
         let distances = run.distances(gait, random);
         let first = run.foothold(distances[0], gait);
         turn_on_the_spot(&mut footholds, &first, gait.sharpest_curve);
@@ -45,11 +51,12 @@ struct Run {
     points: Vec<Vector3<f64>>,
     travelled: Vec<f64>,
     treads: bool,
+    lift: bool,
 }
 
 impl Run {
     fn new(from: Vector3<f64>, to: &Waypoint) -> Self {
-        let mut run = Self { points: vec![from], travelled: vec![0.0], treads: to.tread };
+        let mut run = Self { points: vec![from], travelled: vec![0.0], treads: to.tread, lift: to.lift };
         run.push(to.position);
         run
     }
@@ -58,6 +65,11 @@ impl Run {
         let way = point - self.points[self.points.len() - 1];
         self.travelled.push(self.length() + way.norm());
         self.points.push(point);
+    }
+
+    /// Whether `way` to a waypoint is walked without a stop after this run.
+    fn goes_on(&self, to: &Waypoint, way: &Vector3<f64>, sharpest_curve: f64) -> bool {
+        !self.lift && !to.lift && self.treads == to.tread && bend(&self.last_leg(), way) <= sharpest_curve
     }
 
     fn length(&self) -> f64 {
@@ -96,7 +108,7 @@ impl Run {
     /// The foot looks along the chord from a stride before the foothold to a stride after it, which rounds a bend.
     fn foothold(&self, distance: f64, gait: &Gait) -> Foothold {
         let chord = self.at(distance + gait.stride_length) - self.at(distance - gait.stride_length);
-        Foothold { position: self.at(distance), yaw: yaw(&chord) }
+        Foothold { position: self.at(distance), yaw: yaw(&chord), by_lift: false }
     }
 }
 
@@ -106,7 +118,7 @@ fn runs(route: &Route, sharpest_curve: f64) -> Vec<Run> {
     for leg in route.waypoints.windows(2) {
         let way = leg[1].position - leg[0].position;
         match runs.last_mut() {
-            Some(run) if run.treads == leg[1].tread && bend(&run.last_leg(), &way) <= sharpest_curve => {
+            Some(run) if run.goes_on(&leg[1], &way, sharpest_curve) => {
                 run.push(leg[1].position);
             }
             _ => runs.push(Run::new(leg[0].position, &leg[1])),
@@ -127,6 +139,16 @@ fn stride_shares(strides: f64, variation: f64, random: &mut ChaCha8Rng) -> Vec<f
     shares
 }
 
+/// Adds the foothold to which a lift carries the foot; one that begins with a lift looks along n x.
+fn ride(footholds: &mut Vec<Foothold>, run: &Run) {
+    let entered = Foothold { position: run.points[0], yaw: 0.0, by_lift: false };
+    if footholds.is_empty() {
+        footholds.push(entered);
+    }
+    let last = footholds[footholds.len() - 1];
+    footholds.push(Foothold { position: run.points[1], by_lift: true, ..last });
+}
+
 /// Adds the footholds in place that bring the last one into the direction of `next`, which stands on the same spot.
 fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_curve: f64) {
     let Some(&last) = footholds.last() else {
@@ -138,17 +160,25 @@ fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_cur
         return;
     }
     let pivots = (turn.abs() / WIDEST_PIVOT).ceil();
-    let pivot = |k: u32| Foothold { yaw: last.yaw + turn * f64::from(k) / pivots, ..last };
+    let pivot = |k: u32| Foothold { yaw: last.yaw + turn * f64::from(k) / pivots, by_lift: false, ..last };
     footholds.extend((1_u32..).take_while(|&k| f64::from(k) <= pivots).map(pivot));
 }
 
-/// Moves every foothold but the first and the last a little to the side and turns it a little.
+/// Moves every foothold but the first and the last a little to the side and turns it a little; a foot in a lift stays where it stands.
 fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) {
     let inner = footholds.len().saturating_sub(1);
-    for foothold in footholds.iter_mut().take(inner).skip(1) {
-        let (sin, cos) = foothold.yaw.sin_cos();
-        foothold.position += variation * SIDEWAYS_SCATTER * draw::moderate(random) * Vector3::new(-sin, cos, 0.0);
-        foothold.yaw += variation * YAW_SCATTER * draw::moderate(random);
+    for k in 1..footholds.len() {
+        let before = footholds[k - 1];
+        let foothold = &mut footholds[k];
+        if foothold.by_lift {
+            let height = foothold.position.z;
+            *foothold = Foothold { by_lift: true, ..before };
+            foothold.position.z = height;
+        } else if k < inner {
+            let (sin, cos) = foothold.yaw.sin_cos();
+            foothold.position += variation * SIDEWAYS_SCATTER * draw::moderate(random) * Vector3::new(-sin, cos, 0.0);
+            foothold.yaw += variation * YAW_SCATTER * draw::moderate(random);
+        }
     }
 }
 
@@ -226,6 +256,22 @@ mod tests {
             assert!((risers - risers.round()).abs() < 1e-9, "{risers}");
         }
         assert!((footholds[footholds.len() - 1].position.z - 16.0 * 0.17).abs() < 1e-9);
+    }
+
+    #[test]
+    fn in_a_lift_the_foot_stays_where_it_stands() {
+        let waypoint = |x: f64, z: f64, lift| Waypoint { position: Vector3::new(x, 0.0, z), lift, tread: false };
+        let waypoints = vec![
+            waypoint(0.0, 0.0, false),
+            waypoint(4.0, 0.0, false),
+            waypoint(4.0, 6.0, true),
+            waypoint(0.0, 6.0, false),
+        ];
+        let footholds = planned(&Route { waypoints }, &Gait { variation: 0.1, ..steady() });
+        let k = footholds.iter().position(|foothold| foothold.by_lift).unwrap();
+        let (entered, left) = (footholds[k - 1], footholds[k]);
+        assert_eq!((left.position - entered.position, left.yaw), (6.0 * Vector3::z(), entered.yaw));
+        assert!(footholds[k + 1..].iter().all(|foothold| !foothold.by_lift && foothold.position.z > 5.9));
     }
 
     #[test]

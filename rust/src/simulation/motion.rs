@@ -2,8 +2,9 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::footing;
+use super::footing::{self, Foothold};
 use super::gait::Gait;
+use super::lift::Ride;
 use super::route::Route;
 use super::stride::{FootState, Stride};
 use super::tremor::Tremor;
@@ -11,9 +12,16 @@ use super::tremor::Tremor;
 /// Where the foot is at any time of a walk.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
-    strides: Vec<Stride>,
+    movements: Vec<Movement>,
     tremor: [Tremor; 3],
     duration: f64,
+}
+
+/// What takes the foot from one foothold to the next.
+#[derive(Clone, Debug)]
+enum Movement {
+    Stride(Stride),
+    Ride(Ride),
 }
 
 impl Motion {
@@ -21,14 +29,14 @@ impl Motion {
     pub(super) fn plan(route: &Route, gait: &Gait, random: &mut ChaCha8Rng) -> Self {
         let footholds = footing::plan(route, gait, random);
         let mut end = gait.rest_before;
-        let mut strides = Vec::with_capacity(footholds.len());
+        let mut movements = Vec::with_capacity(footholds.len());
         for pair in footholds.windows(2) {
-            let stride = Stride::new(gait, end, pair[0], pair[1], random);
-            end = stride.end();
-            strides.push(stride);
+            let movement = Movement::new(gait, end, pair[0], pair[1], random);
+            end = movement.end();
+            movements.push(movement);
         }
         let tremor = std::array::from_fn(|_| Tremor::draw(gait.tremor, random));
-        Self { strides, tremor, duration: end + gait.rest_after }
+        Self { movements, tremor, duration: end + gait.rest_after }
     }
 
     /// From the first rest to the last, s.
@@ -36,18 +44,49 @@ impl Motion {
         self.duration
     }
 
-    /// The foot at `time` (s); before the first stride and after the last it rests.
+    /// The foot at `time` (s); before the first movement and after the last it rests.
     pub(super) fn at(&self, time: f64) -> FootState {
-        self.stride(time).at(time, &self.tremor.map(|tremor| tremor.at(time)))
+        let trembling = self.tremor.map(|tremor| tremor.at(time));
+        match self.movement(time) {
+            Movement::Stride(stride) => stride.at(time, &trembling),
+            Movement::Ride(ride) => ride.at(time, &trembling),
+        }
     }
 
-    /// Whether the foot stands flat on the ground.
+    /// Whether the foot stands flat on ground that is at rest.
     pub(super) fn is_flat(&self, time: f64) -> bool {
-        self.stride(time).is_flat(time)
+        match self.movement(time) {
+            Movement::Stride(stride) => stride.is_flat(time),
+            Movement::Ride(ride) => ride.is_flat(time),
+        }
     }
 
-    fn stride(&self, time: f64) -> &Stride {
-        let begun = self.strides.partition_point(|stride| stride.start() <= time);
-        &self.strides[begun.saturating_sub(1)]
+    fn movement(&self, time: f64) -> &Movement {
+        let begun = self.movements.partition_point(|movement| movement.start() <= time);
+        &self.movements[begun.saturating_sub(1)]
+    }
+}
+
+impl Movement {
+    fn new(gait: &Gait, start: f64, from: Foothold, to: Foothold, random: &mut ChaCha8Rng) -> Self {
+        if to.by_lift {
+            Self::Ride(Ride::new(gait, start, from, to, random))
+        } else {
+            Self::Stride(Stride::new(gait, start, from, to, random))
+        }
+    }
+
+    fn start(&self) -> f64 {
+        match self {
+            Self::Stride(stride) => stride.start(),
+            Self::Ride(ride) => ride.start(),
+        }
+    }
+
+    fn end(&self) -> f64 {
+        match self {
+            Self::Stride(stride) => stride.end(),
+            Self::Ride(ride) => ride.end(),
+        }
     }
 }

@@ -27,6 +27,8 @@ pub struct Waypoint {
     pub position: Vector3<f64>,
     /// Whether the way to here is a single stride onto a tread of stairs; if not, it is divided into strides of the gait's length.
     pub tread: bool,
+    /// Whether a lift carries the walker here, straight up or down, while the foot stands.
+    pub lift: bool,
 }
 
 /// A polyline on the ground, in n (x, y horizontal, z up).
@@ -49,7 +51,7 @@ impl Route {
     /// Along straight lines from one point (x, y, z in n, m) to the next.
     #[must_use]
     pub fn from_waypoints(points: &[[f64; 3]]) -> Self {
-        let waypoints = points.iter().map(|&point| Waypoint { position: point.into(), tread: false });
+        let waypoints = points.iter().map(|&point| Waypoint { position: point.into(), ..Waypoint::default() });
         Self { waypoints: waypoints.collect() }
     }
 
@@ -116,8 +118,8 @@ impl Route {
     /// Checks that the route can be walked.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] when there are fewer than two waypoints, one is not finite, a leg has no horizontal extent, or the route is longer than
-    /// 100 km.
+    /// [`ConfigError::OutOfRange`] when there are fewer than two waypoints, one is not finite, a leg that is walked has no horizontal extent, one that is
+    /// ridden is not vertical, a lift leads to a tread, or the route is longer than 100 km.
     pub fn validate(&self) -> Result<(), ConfigError> {
         const KEY: &str = "route.waypoints";
         let refuse = |value: String, expected| Err(ConfigError::OutOfRange { key: KEY, value, expected });
@@ -127,16 +129,28 @@ impl Route {
         for waypoint in &self.waypoints {
             limits::finite(KEY, waypoint.position.as_slice())?;
         }
-        if let Some(k) = self.waypoints.windows(2).position(|leg| !leads_somewhere(&leg[0], &leg[1])) {
-            return refuse(format!("leg {k} without horizontal extent"), "each waypoint apart from the one before it");
+        for (k, leg) in self.waypoints.windows(2).enumerate() {
+            let way = leg[1].position - leg[0].position;
+            if leg[1].lift && (leg[1].tread || !is_vertical(&way)) {
+                return refuse(
+                    format!("leg {k} by lift to {:?}", leg[1]),
+                    "a lift straight up or down, not to a tread",
+                );
+            }
+            if !leg[1].lift && way.xy().norm() == 0.0 {
+                return refuse(
+                    format!("leg {k} without horizontal extent"),
+                    "each waypoint apart from the one before it",
+                );
+            }
         }
         limits::within(KEY, self.length(), 0.0..=LONGEST, "a length of at most 100000 m")
     }
 }
 
-/// Whether a leg has a direction on the ground.
-fn leads_somewhere(from: &Waypoint, to: &Waypoint) -> bool {
-    (to.position - from.position).xy().norm() > 0.0
+/// Whether a way leads straight up or down.
+fn is_vertical(way: &Vector3<f64>) -> bool {
+    way.xy().norm() == 0.0 && way.z != 0.0
 }
 
 /// Draws the waypoints of a stairwell.
@@ -156,7 +170,7 @@ impl Stairwell {
 
     fn go(&mut self, way: Vector3<f64>, tread: bool) {
         self.position += way;
-        self.waypoints.push(Waypoint { position: self.position, tread });
+        self.waypoints.push(Waypoint { position: self.position, tread, lift: false });
     }
 
     fn climb(&mut self, risers: u32, riser: f64, tread: f64) {
@@ -217,5 +231,17 @@ mod tests {
         assert!((end.z - 3.0 * 9.0 * 0.17).abs() < 1e-12);
         assert!((end.y - 2.0 * LANDING).abs() < 1e-12);
         assert_eq!(route.waypoints.iter().filter(|waypoint| waypoint.tread).count(), 3 * 5);
+    }
+
+    #[test]
+    fn a_lift_leads_straight_up_or_down() {
+        let by_lift = |position: [f64; 3], tread| {
+            let cabin = Waypoint { position: position.into(), tread, lift: true };
+            Route { waypoints: vec![Waypoint::default(), cabin] }.validate()
+        };
+        assert_eq!(by_lift([0.0, 0.0, -9.0], false), Ok(()));
+        for (position, tread) in [([0.0; 3], false), ([1.0, 0.0, 3.0], false), ([0.0, 0.0, 3.0], true)] {
+            assert!(by_lift(position, tread).unwrap_err().to_string().contains("straight up or down"));
+        }
     }
 }

@@ -316,8 +316,8 @@ mod tests {
     const STILL: [Timed; 3] = [Timed::ZERO; 3];
 
     fn stride(gait: &Gait) -> Stride {
-        let from = Foothold { position: Vector3::zeros(), yaw: 0.3 };
-        let to = Foothold { position: Vector3::new(1.2, 0.5, 0.34), yaw: 0.9 };
+        let from = Foothold { position: Vector3::zeros(), yaw: 0.3, by_lift: false };
+        let to = Foothold { position: Vector3::new(1.2, 0.5, 0.34), yaw: 0.9, by_lift: false };
         Stride::new(gait, 1.0, from, to, &mut draw::stream(2, draw::Cause::Gait))
     }
 
@@ -371,8 +371,8 @@ mod tests {
     fn the_sole_stays_above_the_ground_on_level_ground() {
         for gait in [Gait::walk(), Gait::slow(), Gait::run()] {
             let gait = Gait { variation: 0.0, impact: 0.0, stance_roll: 0.0, ..gait };
-            let ahead = Foothold { position: gait.stride_length * Vector3::x(), yaw: 0.0 };
-            let origin = Foothold { position: Vector3::zeros(), yaw: 0.0 };
+            let ahead = Foothold { position: gait.stride_length * Vector3::x(), yaw: 0.0, by_lift: false };
+            let origin = Foothold { position: Vector3::zeros(), yaw: 0.0, by_lift: false };
             let stride = Stride::new(&gait, 0.0, origin, ahead, &mut draw::stream(2, draw::Cause::Gait));
             for time in instants(&stride) {
                 let state = stride.at(time, &STILL);

@@ -1,0 +1,76 @@
+"""`footnav papers`."""
+
+import os
+from itertools import groupby
+from pathlib import Path
+
+from footnav.cli.console import attending, caution, make_folder, print_table
+from footnav.cli.report import beside_papers
+from footnav.errors import ConfigError
+from footnav.export.library import require
+from footnav.papers import Outcome, Row, experiments_of, run
+from footnav.papers.picture import draw
+from footnav.papers.report import write_json
+
+NO_DATA = "no recordings; name their folder with --data or in the environment variable FOOTNAV_DATA"
+
+
+def reproduce(
+    *,
+    paper: str | None = None,
+    seeds: int = 20,
+    json: Path | None = None,
+    plots: Path | None = None,
+    data: Path | None = None,
+) -> int:
+    """Repeat the experiments of the four papers, and put our figures beside theirs.
+
+    Parameters
+    ----------
+    paper : str, optional
+        P1, P2, P3 or P4; all of them unless given.
+    seeds : int
+        Walks to simulate for each experiment.
+    json : Path, optional
+        File for the figures.
+    plots : Path, optional
+        Folder for a picture of each experiment.
+    data : Path, optional
+        Folder with the real recordings for P3; that in FOOTNAV_DATA unless given.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    if seeds < 1:
+        raise ConfigError(f"--seeds is {seeds}: expected 1 or more")
+    if plots is not None:
+        require("matplotlib", "footnav[plot]")
+        make_folder(plots)
+    data = data or _folder_in_environment()
+    experiments = experiments_of(paper, data)
+    with attending("papers") as progress:
+        outcomes = run(experiments, seeds, progress)
+    rows = [Row.of(outcome) for outcome in outcomes]
+    if data is None and paper in (None, "P3"):
+        caution("P3", f"real recordings skipped: {NO_DATA}")
+        rows.append(Row.skipped("P3", "real recordings, clipped", NO_DATA))
+    print_table(beside_papers(rows))
+    if json is not None:
+        write_json(rows, json)
+        print(f"{json}: {len(rows)} rows")
+    if plots is not None:
+        _draw_each(outcomes, plots)
+    return 0
+
+
+def _draw_each(outcomes: list[Outcome], folder: Path) -> None:
+    """Draw every experiment."""
+    for _, of_one in groupby(outcomes, key=lambda outcome: outcome.experiment.title):
+        print(draw(list(of_one), folder))
+
+
+def _folder_in_environment() -> Path | None:
+    folder = os.environ.get("FOOTNAV_DATA")
+    return Path(folder) if folder else None
