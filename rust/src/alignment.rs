@@ -21,6 +21,8 @@ use crate::strapdown::Strapdown;
 const BLOCK: f64 = 0.1;
 /// Longest time that the samples of a block may span, s: with more missing nobody knows whether it was rest.
 const LONGEST_BLOCK: f64 = 0.2;
+/// How long a standing foot takes to sway one way, s.
+const SWAY: f64 = 1.0;
 /// Rest from which on the gyroscope's mean is believed to be its bias, s.
 const SHORTEST_REST: f64 = 0.2;
 /// Elevation of the forward axis beyond which it has no heading, rad.
@@ -58,7 +60,7 @@ pub struct Aligned {
     pub at_rest: bool,
     /// How long the rest was, s.
     pub rest: f64,
-    /// Standard deviation of the angular rate between the blocks of the rest, rad/s: how much the foot swayed.
+    /// Standard deviation of the average angular rate of the rest, rad/s, from how much the foot swayed.
     pub sway: f64,
 }
 
@@ -176,10 +178,15 @@ impl Alignment {
         self.towards_heading(level).unwrap_or(level)
     }
 
-    /// Standard deviation of the blocks' angular rates, of the axis where it is greatest.
+    /// Standard deviation of the average angular rate: as much as the blocks' rates differ, of the axis where they do most, and less the longer the rest was.
+    ///
+    /// A foot that sways comes back, so the average falls with the time over which the angle is the same; within [`SWAY`] it does not average out.
     fn sway(&self) -> f64 {
         let count = self.blocks.count;
-        if count < 2.0 { 0.0 } else { self.blocks.gyro_std() * (count / (count - 1.0)).sqrt() }
+        if count < 2.0 {
+            return 0.0;
+        }
+        self.blocks.gyro_std() * (count / (count - 1.0)).sqrt() * (SWAY / self.rest_time).min(1.0)
     }
 
     fn is_rest(&self) -> bool {

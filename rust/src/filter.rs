@@ -343,10 +343,9 @@ fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     p
 }
 
-/// How much of the angular rate at rest is taken for the gyroscope's bias: all of it when the foot did not sway, little when it swayed by more than biases are.
+/// How much of the average angular rate at rest is taken for the gyroscope's bias: all of it when the foot did not sway, little when it swayed by more than biases are.
 ///
-/// The estimate with the least variance of a bias of variance σ² from an average that the sway puts out by s is σ²/(σ² + s²) of the average.  A sway is slow against
-/// the rest, so it is not averaged out.
+/// The estimate with the least variance of a bias of variance σ² from an average that the sway puts out by s is σ²/(σ² + s²) of the average.
 fn trust_in_rest(config: &Config, aligned: &Aligned) -> f64 {
     let bias = config.sensor.gyro_bias_std.powi(2);
     bias / (bias + aligned.sway.powi(2))
