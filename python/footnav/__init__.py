@@ -42,6 +42,7 @@ from footnav.navigator import Navigator, State
 from footnav.recording import Recording
 from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate
 from footnav.stance import StanceDetector
+from footnav.steps import Steps, Stride
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
@@ -81,6 +82,8 @@ __all__ = [
     "StanceDetector",
     "State",
     "Status",
+    "Steps",
+    "Stride",
     "ThreeCondition",
     "Trajectory",
     "TriadErrors",

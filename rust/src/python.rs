@@ -14,6 +14,7 @@ use crate::sample::ImuSample;
 
 mod batch;
 mod detector;
+mod gait;
 mod navigator;
 mod simulation;
 
@@ -51,6 +52,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
+    module.add_function(wrap_pyfunction!(gait::strides, module)?)?;
+    module.add_function(wrap_pyfunction!(gait::stances, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::gait_preset, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::sensor_preset, module)?)?;
