@@ -109,13 +109,6 @@ fn strides_go_from_row_to_row_of_the_track_that_comes_out() {
 }
 
 #[test]
-fn one_stride_starts_where_the_one_before_ended_in_a_walk_without_rests() {
-    let (_, strides) = in_batch(&samples(1), &with_strides());
-    let chained = strides.windows(2).filter(|pair| pair[0].end_row == pair[1].start_row).count();
-    assert!(chained + 5 >= strides.len(), "{chained} of {}", strides.len());
-}
-
-#[test]
 fn a_stride_is_known_a_tenth_of_a_second_after_its_stance_or_half_a_second_into_it() {
     let samples = samples(1);
     let mut navigator = Navigator::new(with_strides(), RATE).unwrap();

@@ -8,7 +8,7 @@
 //! over an observation   P <- (I - K H) P         X <- (I - K H) X
 //! ```
 //!
-//! This is the filter of the 19 states that the copy makes of the 15, as long as nothing observes the copy itself.
+//! This is the filter of the 19 states that the copy makes of the 15, in which no observation corrects the copy: the solution of that instant was handed out and stays as it was.
 //!
 //! # References
 //! S. I. Roumeliotis, J. W. Burdick, "Stochastic Cloning: A Generalized Framework for Processing Relative State Measurements", ICRA 2002.
@@ -177,7 +177,8 @@ mod tests {
     fn observe(p: &mut Dense, state: usize) {
         let mut h = SMatrix::<f64, 1, ALL>::zeros();
         h[state] = 1.0;
-        let k = *p * h.transpose() / ((h * *p * h.transpose())[0] + NOISE);
+        let mut k = *p * h.transpose() / ((h * *p * h.transpose())[0] + NOISE);
+        k.fixed_rows_mut::<4>(STATES).fill(0.0);
         let rest = Dense::identity() - k * h;
         *p = rest * *p * rest.transpose() + NOISE * k * k.transpose();
     }
