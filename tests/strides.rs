@@ -102,7 +102,7 @@ fn strides_go_from_row_to_row_of_the_track_that_comes_out() {
             assert_eq!(stride.covariance, filters.covariance);
             let way =
                 |axis: usize| trajectory.position[stride.end_row][axis] - trajectory.position[stride.start_row][axis];
-            assert_eq!(<[f64; 3]>::from(stride.displacement), std::array::from_fn(way));
+            assert_eq!(stride.displacement, nalgebra::Vector3::from_fn(|axis, _| way(axis)));
         }
         assert_eq!(strides.len(), found.len());
     }

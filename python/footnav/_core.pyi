@@ -82,9 +82,7 @@ def detect(
     gyro: NDArray[np.float64],
     detector: StanceDetector | None = None,
 ) -> dict[str, NDArray[Any]]: ...
-def stances(
-    t: NDArray[np.float64], zero_velocity: NDArray[np.bool_]
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]: ...
+def stances(t: NDArray[np.float64], zero_velocity: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]: ...
 def strides(
     t: NDArray[np.float64],
     position: NDArray[np.float64],

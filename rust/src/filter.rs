@@ -160,7 +160,9 @@ impl ErrorStateFilter {
 
     /// After a gap too long to be bridged: the foot is where it was, or as far away as one walks in `elapsed` (s), and may move.
     pub(crate) fn resume(&mut self, time: f64, elapsed: f64, journal: &mut impl Journal) {
-        Block::ALL.into_iter().for_each(|block| journal.forget(block));
+        for block in Block::ALL {
+            journal.forget(block);
+        }
         self.estimate.nav.time = time;
         self.estimate.nav.velocity = Vector3::zeros();
         let mut p = Covariance::zero();

@@ -56,7 +56,7 @@ pub fn strides(rows: impl IntoIterator<Item = (NavState, bool)>) -> Vec<Stride> 
     found
 }
 
-/// Vertical part of the rotation between two attitudes, rad within (-π, π], whichever way the sensor sits on the shoe: with q = after before⁻¹, 2 atan2(q_z, q_w).
+/// Vertical part of the rotation between two attitudes, rad within (-π, π], whichever way the sensor sits on the shoe: with q = after before⁻¹, `2 atan2(q_z, q_w)`.
 fn turn_about_up(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>) -> f64 {
     let turn = after * before.inverse();
     wrapped(2.0 * turn.k.atan2(turn.w))

@@ -21,7 +21,7 @@ _STEPS = {f.name: f"step_{f.name}" for f in dataclasses.fields(Steps)}
 
 
 def write_npz(traj: Trajectory, file: BinaryIO) -> None:
-    """Write all arrays, also those of the filter's strides, in the frame with z up, and the rest of the track as JSON text under ``about``."""
+    """Write all arrays, in the frame with z up, the filter's strides, and the rest as JSON text under ``about``."""
     arrays: dict[str, Any] = {name: getattr(traj, name) for name in _ARRAYS}
     if traj.filter_steps is not None:
         arrays |= {key: getattr(traj.filter_steps, name) for name, key in _STEPS.items()}

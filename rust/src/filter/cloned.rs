@@ -174,6 +174,22 @@ mod tests {
         dense
     }
 
+    fn add_to_all(p: &mut Covariance, variance: f64) {
+        for block in Block::ALL {
+            p.add_variance(block, variance);
+        }
+    }
+
+    /// A covariance as the filter leaves it after some moves.
+    fn after(moves: &[Move]) -> Covariance {
+        let mut p = Covariance::zero();
+        add_to_all(&mut p, 1.0);
+        for one in moves {
+            one.of_filter(&mut p, &mut ());
+        }
+        p
+    }
+
     fn observe(p: &mut Dense, state: usize) {
         let mut h = SMatrix::<f64, 1, ALL>::zeros();
         h[state] = 1.0;
@@ -202,7 +218,7 @@ mod tests {
                 p.add_transformed(Block::Attitude, Block::AccelBias, &m);
                 journal.tie(&m);
             }
-            Block::ALL.into_iter().for_each(|block| p.add_variance(block, NOISE));
+            add_to_all(p, NOISE);
             if self.forgets {
                 p.replace(self.block, 1.0);
                 journal.forget(self.block);
@@ -224,7 +240,9 @@ mod tests {
                 }
             });
             *p = f * *p * f.transpose();
-            (0..STATES).for_each(|state| p[(state, state)] += NOISE);
+            for state in 0..STATES {
+                p[(state, state)] += NOISE;
+            }
             let first = 3 * self.block.index();
             for state in (first..first + 3).filter(|&state| self.axis.is_none_or(|axis| first + axis == state)) {
                 if !self.forgets {
@@ -241,12 +259,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_clone_is_the_augmented_filter(before in moves(), after in moves()) {
-            let mut p = Covariance::zero();
-            Block::ALL.into_iter().for_each(|block| p.add_variance(block, 1.0));
-            before.iter().for_each(|one| one.of_filter(&mut p, &mut ()));
+        fn the_clone_is_the_augmented_filter(before in moves(), later in moves()) {
+            let mut p = after(&before);
             let (mut dense, mut clone) = (augmented(&p), ClonedErrors::of(&p));
-            for one in &after {
+            for one in &later {
                 one.of_filter(&mut p, &mut clone);
                 one.of_dense(&mut dense);
             }
@@ -260,9 +276,7 @@ mod tests {
 
         #[test]
         fn errors_that_were_just_cloned_are_those_of_now(before in moves()) {
-            let mut p = Covariance::zero();
-            Block::ALL.into_iter().for_each(|block| p.add_variance(block, 1.0));
-            before.iter().for_each(|one| one.of_filter(&mut p, &mut ()));
+            let p = after(&before);
             let clone = ClonedErrors::of(&p);
             prop_assert_eq!(clone.with_now(), pose_covariance(&p));
             prop_assert!((clone.own - clone.own.transpose()).norm() == 0.0);

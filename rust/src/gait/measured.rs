@@ -22,7 +22,8 @@ pub(crate) struct Measured {
     ends: Vec<(usize, NavState)>,
     /// Number of solutions that came out.
     out: usize,
-    measured: Vec<Stride>,
+    /// Measured, and not handed out.
+    ready: Vec<Stride>,
 }
 
 impl Measured {
@@ -34,7 +35,7 @@ impl Measured {
             found: VecDeque::new(),
             ends: Vec::new(),
             out: 0,
-            measured: Vec::new(),
+            ready: Vec::new(),
         }
     }
 
@@ -74,7 +75,7 @@ impl Measured {
 
     /// Hands out the strides that were measured since the last time, shuffles on the spot among them.
     pub(crate) fn take(&mut self) -> Vec<Stride> {
-        std::mem::take(&mut self.measured)
+        std::mem::take(&mut self.ready)
     }
 
     /// Keeps a stride; one without a covariance would end where the start is still being aligned.
@@ -88,7 +89,7 @@ impl Measured {
             let Some(stride) = self.found.pop_front() else { return };
             if let (Some(start), Some(end)) = (self.end(stride.start_row), self.end(stride.end_row)) {
                 let stride = stride.measured_again(start, end, &self.forward);
-                self.measured.push(stride);
+                self.ready.push(stride);
             }
         }
     }

@@ -331,7 +331,9 @@ mod tests {
             let (mut alone, mut followed) = (Segment::default(), Segment::default());
             walk(&mut alone, &moves, &rows);
             walk(&mut followed, &moves, &rows);
-            Block::ALL.into_iter().for_each(|block| followed.forget(block));
+            for block in Block::ALL {
+                followed.forget(block);
+            }
             walk(&mut followed, &moves, &rows);
             prop_assert_eq!(&smooth(followed)[..moves.len()], &smooth(alone)[..]);
         }
