@@ -11,6 +11,7 @@ use crate::strapdown::NavState;
 
 /// The strides of a track, given its columns, which the caller has checked; without covariance.
 #[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "what PyO3 hands over is owned")]
 pub(super) fn strides<'py>(
     py: Python<'py>,
     t: PyReadonlyArray1<'py, f64>,
@@ -31,6 +32,7 @@ pub(super) fn strides<'py>(
 
 /// First and last row of each stance.
 #[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "what PyO3 hands over is owned")]
 pub(super) fn stances<'py>(
     py: Python<'py>,
     t: PyReadonlyArray1<'py, f64>,
