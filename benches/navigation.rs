@@ -105,6 +105,11 @@ fn whole(criterion: &mut Criterion) {
         let config = Config { detector: DetectorConfig::Shoe(ShoeConfig::default()), ..Config::default() };
         bencher.iter(|| track(black_box(&samples), &config));
     });
+    group.bench_function("track, strides", |bencher| {
+        let mut config = Config::default();
+        config.output.strides = true;
+        bencher.iter(|| track(black_box(&samples), &config));
+    });
     group.bench_function("push", |bencher| {
         let mut navigator = Navigator::new(Config::default(), RATE).expect("the defaults are valid");
         bencher.iter(|| {

@@ -47,6 +47,7 @@ from footnav.noise import AxisNoise, Figure, NoiseFigures
 from footnav.recording import Recording
 from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate, simulate_rest
 from footnav.stance import StanceDetector
+from footnav.steps import Steps, Stride
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
@@ -93,6 +94,8 @@ __all__ = [
     "StanceDetector",
     "State",
     "Status",
+    "Steps",
+    "Stride",
     "ThreeCondition",
     "Trajectory",
     "TriadErrors",

@@ -273,10 +273,14 @@ class Output(Section, frozen=True, kw_only=True):
         Geodetic latitude and longitude in degrees and ellipsoidal height in m of the start.
     frame : {"enu", "ned"}
         Frame of positions, velocities and attitudes in files.
+    strides : bool
+        Keep the strides as the filter finds them, with the covariance of each: `Trajectory.steps` then carries it, and
+        `Navigator.strides` hands them out.
     """
 
     origin: Vector | None = None
     frame: Literal["enu", "ned"] = "enu"
+    strides: bool = False
 
 
 class Config(Section, frozen=True, kw_only=True):

@@ -12,6 +12,7 @@ from footnav.config import Config
 from footnav.errors import DataError
 from footnav.health import Health
 from footnav.recording import to_floats
+from footnav.steps import Steps, Stride
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -138,6 +139,25 @@ class Navigator(_core.Navigator):
             The filter cannot go on.
         """
         return self._trajectory(self._flush_columns())
+
+    def strides(self) -> list[Stride]:
+        """Return the strides that came to be known since the last call.
+
+        A stride is known once the foot has left the stance that it ends in for 0.1 s, has stood there for 0.5 s, or the
+        data were ended; and with a step-wise smoother when both of its ends came out.  All of this comes `latency`
+        samples after the foot did it.
+
+        Returns
+        -------
+        list of Stride
+            In the order of time; their samples are counted over all states that came out since the start.
+
+        Raises
+        ------
+        ConfigError
+            The settings do not ask for strides.
+        """
+        return list(Steps(**self._stride_columns()))
 
     def now(self) -> State | None:
         """Return the state at the newest sample: the newest that came out, carried forward by the strapdown alone.

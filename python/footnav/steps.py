@@ -1,34 +1,76 @@
 """Strides of the foot that carries the sensor, from stance to stance.
 
-Limits, and what they rest on (28 recordings under motion capture, from walking and running to shuffling and crawling,
-with the SHOE statistic at three thresholds within a decade):
-
-- LONGEST_BRIDGED_MOTION: a swing takes about 0.4 s in walking.  Of the motions shorter than 0.1 s between two rests, at
-  most one in a hundred carried the foot 0.05 m: they are doubts of the detector within one stance.
-- A stance may be as short as one sample: of a running foot's, the default detector believes no more.
-- LONGEST_HALF_STANCE: a stride is measured between the middles of two stances, where the foot is flattest, because the
-  ends of a detected stance reach into heel strike and push-off.  Of a long rest only the half second next to the
-  stride belongs to it, so that standing still makes no slow stride.
-- SHORTEST_STRIDE: a stride that ends within 0.05 m of where it began, both horizontally and in height, is a shuffle on
-  the spot and is not counted.
+What counts as a stance and where in it a stride starts or ends is decided in the core, for a finished track as for a
+stream; ``docs/strides.md`` says how.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footnav import _core
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-LONGEST_BRIDGED_MOTION = 0.1
-LONGEST_HALF_STANCE = 0.5
-SHORTEST_STRIDE = 0.05
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stride:
+    """The way of the foot from one stance to the next; the arrays are read-only.
+
+    Attributes
+    ----------
+    start_index, end_index : int
+        Samples between which the stride is measured, counted over the whole track.
+    start, end : float
+        Their stamps, s.
+    displacement : (3,) ndarray
+        From start to end in the navigation frame, m.
+    start_heading : float
+        Direction of the sensor's forward axis at the start, rad, anticlockwise from x of the navigation frame.
+    heading_change : float
+        Turn of the foot about the vertical, rad, within (-pi, pi], positive to the left.
+    covariance : (4, 4) ndarray or None
+        Of the errors of `local`, m and rad; None for a track that no filter made.
+    """
+
+    start_index: int
+    end_index: int
+    start: float
+    end: float
+    displacement: Floats
+    start_heading: float
+    heading_change: float
+    covariance: Floats | None = None
+
+    @property
+    def length(self) -> float:
+        """Horizontal length, m."""
+        return float(np.hypot(self.displacement[0], self.displacement[1]))
+
+    @property
+    def height_change(self) -> float:
+        """Climb, m, positive upwards."""
+        return float(self.displacement[2])
+
+    @property
+    def duration(self) -> float:
+        """Time that the stride took, s."""
+        return self.end - self.start
+
+    @property
+    def local(self) -> Floats:
+        """Displacement in the frame of the start heading, m, and heading change, rad: (dx, dy, dz, dheading)."""
+        return _local(self.displacement, np.float64(self.start_heading), np.float64(self.heading_change))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
     """The k strides of a track; all arrays are read-only.
+
+    Iterating gives each as a `Stride`.
 
     Attributes
     ----------
@@ -38,8 +80,14 @@ class Steps:
         Their stamps, s.
     displacement : (k, 3) ndarray
         From start to end in the navigation frame, m.
+    start_heading : (k,) ndarray
+        Direction of the sensor's forward axis at the start, rad, anticlockwise from x of the navigation frame; of its x
+        axis where no filter made the track.
     heading_change : (k,) ndarray
         Turn of the foot about the vertical, rad, within (-pi, pi], positive to the left.
+    covariance : (k, 4, 4) ndarray or None
+        Of the errors of `local`, m and rad; None for a track that no filter made, or whose settings did not ask for it
+        (``output.strides``).
     """
 
     start_index: Indices
@@ -47,16 +95,34 @@ class Steps:
     start: Floats
     end: Floats
     displacement: Floats
+    start_heading: Floats
     heading_change: Floats
+    covariance: Floats | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for name in self.__slots__:
-            getattr(self, name).setflags(write=False)
+        for column in fields(self):
+            array = getattr(self, column.name)
+            if array is not None:
+                array.setflags(write=False)
 
     def __len__(self) -> int:
         """Count the strides."""
         return len(self.start)
+
+    def __iter__(self) -> Iterator[Stride]:
+        """Go through the strides in the order of time."""
+        for k in range(len(self)):
+            yield Stride(
+                start_index=int(self.start_index[k]),
+                end_index=int(self.end_index[k]),
+                start=float(self.start[k]),
+                end=float(self.end[k]),
+                displacement=self.displacement[k],
+                start_heading=float(self.start_heading[k]),
+                heading_change=float(self.heading_change[k]),
+                covariance=None if self.covariance is None else self.covariance[k],
+            )
 
     @property
     def length(self) -> Floats:
@@ -72,6 +138,11 @@ class Steps:
     def duration(self) -> Floats:
         """Time that each stride took, s, (k,)."""
         return self.end - self.start
+
+    @property
+    def local(self) -> Floats:
+        """Displacements in the frames of the start headings, m, and heading changes, rad, (k, 4)."""
+        return _local(self.displacement, self.start_heading, self.heading_change)
 
 
 def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, Indices]:
@@ -89,10 +160,7 @@ def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, 
     first, last : (m,) ndarray of int
         First and last sample of each stance.
     """
-    first, last = _runs(zero_velocity)
-    apart = _elapsed(t, last[:-1], first[1:]) >= LONGEST_BRIDGED_MOTION
-    first = first[np.append(np.ones(min(len(first), 1), bool), apart)]
-    return first, last[np.append(apart, np.ones(min(len(last), 1), bool))]
+    return _core.stances(t, zero_velocity)
 
 
 def find_steps(t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]) -> Steps:
@@ -112,52 +180,13 @@ def find_steps(t: Floats, position: Floats, quaternion: Floats, zero_velocity: N
     Returns
     -------
     Steps
-        Without the shuffles on the spot.
+        Without the shuffles on the spot, and without covariance.
     """
-    arrival, departure = _places(t, *find_stances(t, zero_velocity))
-    start, end = departure[:-1], arrival[1:]
-    displacement = position[end] - position[start]
-    walked = np.hypot(displacement[:, 0], displacement[:, 1]) >= SHORTEST_STRIDE
-    climbed = np.abs(displacement[:, 2]) >= SHORTEST_STRIDE
-    counted = walked | climbed
-    start, end = start[counted], end[counted]
-    turn = _turn_about_vertical(quaternion[start], quaternion[end])
-    return Steps(start, end, t[start], t[end], displacement[counted], turn)
+    return Steps(**_core.strides(t, position, quaternion, zero_velocity))
 
 
-def _runs(flag: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """First and last index of each run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flag, [False]))))
-    return edges[::2], edges[1::2] - 1
-
-
-def _elapsed(t: Floats, start: Indices, end: Indices) -> Floats:
-    """Time between samples, to the microsecond: a limit must not depend on the rounding of large stamps."""
-    elapsed: Floats = np.round(t[end] - t[start], 6)
-    return elapsed
-
-
-def _places(t: Floats, first: Indices, last: Indices) -> tuple[Indices, Indices]:
-    """Find the samples at which a stride arrives in each stance and at which the next one leaves it."""
-    middle = (first + last) // 2
-    arrival = np.minimum(middle, np.searchsorted(t, t[first] + LONGEST_HALF_STANCE))
-    departure = np.maximum(middle, np.searchsorted(t, t[last] - LONGEST_HALF_STANCE))
-    return arrival, departure
-
-
-def _turn_about_vertical(before: Floats, after: Floats) -> Floats:
-    """Vertical part of the rotation between two attitudes, rad, whichever way the sensor sits on the shoe.
-
-    With q = after * conjugate(before), the turn is 2 atan2(q_z, q_w).
-    """
-    x0, y0, z0, w0 = before.T
-    x1, y1, z1, w1 = after.T
-    q_z = z1 * w0 - w1 * z0 + y1 * x0 - x1 * y0
-    q_w = w1 * w0 + x1 * x0 + y1 * y0 + z1 * z0
-    return _wrapped(2 * np.arctan2(q_z, q_w))
-
-
-def _wrapped(angle: Floats) -> Floats:
-    """Angle within (-pi, pi]."""
-    wrapped: Floats = np.pi - (np.pi - angle) % (2 * np.pi)
-    return wrapped
+def _local(displacement: Floats, start_heading: Floats, heading_change: Floats) -> Floats:
+    """Turn displacements (..., 3) by their headings backwards, and append the changes of heading."""
+    x, y, z = np.moveaxis(displacement, -1, 0)
+    cos, sin = np.cos(start_heading), np.sin(start_heading)
+    return np.stack([cos * x + sin * y, cos * y - sin * x, z, heading_change], axis=-1)

@@ -12,6 +12,7 @@ from footnav.config import Config
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
 from footnav.health import Health, Reason
 from footnav.navigator import placed
+from footnav.steps import Steps
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -95,12 +96,14 @@ def track_quietly(
             batch.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows])
             if progress is not None:
                 progress(min(1.0, (start + BLOCK) / len(recording)))
-        columns, fields = batch.finish()
+        columns, fields, strides = batch.finish()
     except FootnavError as error:
         if recording.name:
             error.args = (f"{recording.name}: {error}",)
         raise
-    return Trajectory(**columns, **placed(config), name=recording.name, health=Health.of_fields(fields))
+    steps = None if strides is None else Steps(**strides)
+    health = Health.of_fields(fields)
+    return Trajectory(**columns, **placed(config), name=recording.name, health=health, filter_steps=steps)
 
 
 def _batch(

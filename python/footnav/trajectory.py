@@ -168,11 +168,15 @@ class Trajectory:
         Frame in which tables are written; the arrays here always have z up.
     heading_known : bool
         Whether x is east; if not, it is where the foot pointed at the start.
+    filter_steps : Steps or None
+        Strides as the filter found them, with their covariance, where the settings ask for them (``output.strides``).
+        Those of a smoothed or corrected track go from row to row like all others; their covariance is that of the
+        filter alone, and so conservative.
 
     Raises
     ------
     DataError
-        For an array of the wrong shape or kind, or stamps that go back or are not finite.
+        For an array of the wrong shape or kind, stamps that go back or are not finite, or strides of another track.
     ConfigError
         For an impossible origin or an unknown frame.
     """
@@ -191,6 +195,7 @@ class Trajectory:
     origin: Origin | None = field(default=None, kw_only=True)
     frame: str = field(default="enu", kw_only=True)
     heading_known: bool = field(default=True, kw_only=True)
+    filter_steps: Steps | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Check everything and freeze the arrays."""
@@ -203,6 +208,8 @@ class Trajectory:
         if self.origin is not None:
             object.__setattr__(self, "origin", check_origin(self.origin))
         check_frame(self.frame)
+        if self.filter_steps is not None:
+            _check_steps(label, self.filter_steps, self.t, self.position)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by way of the constructor, so that the arrays stay read-only."""
@@ -224,7 +231,7 @@ class Trajectory:
         )
 
     def __getitem__(self, part: slice) -> "Trajectory":
-        """Cut out samples; the part has no health, which belongs to the whole run.
+        """Cut out samples; the part has no health and no strides of the filter, which belong to the whole run.
 
         Raises
         ------
@@ -234,7 +241,7 @@ class Trajectory:
         if not isinstance(part, slice):
             raise TypeError(f"a Trajectory is cut by a slice such as traj[10:20], not by {part!r}")
         columns: dict[str, Any] = {column: getattr(self, column)[part] for column in _COLUMNS}
-        return dataclasses.replace(self, **columns, health=None)
+        return dataclasses.replace(self, **columns, health=None, filter_steps=None)
 
     @staticmethod
     def concatenate(parts: "Sequence[Trajectory]") -> "Trajectory":
@@ -248,7 +255,7 @@ class Trajectory:
         Returns
         -------
         Trajectory
-            With the name of the first part and the health of the last.
+            With the name of the first part and the health of the last, and no strides of the filter.
 
         Raises
         ------
@@ -268,11 +275,13 @@ class Trajectory:
         columns: dict[str, Any] = {
             column: np.concatenate([getattr(part, column) for part in parts]) for column in _COLUMNS
         }
-        return dataclasses.replace(parts[0], **columns, health=parts[-1].health)
+        return dataclasses.replace(parts[0], **columns, health=parts[-1].health, filter_steps=None)
 
     @property
     def steps(self) -> Steps:
-        """Strides of this foot, computed anew at each access."""
+        """Strides of this foot: those of the filter, or computed anew at each access, without covariance."""
+        if self.filter_steps is not None:
+            return self.filter_steps
         return find_steps(self.t, self.position, self.quaternion, self.zero_velocity)
 
     @property
@@ -429,6 +438,18 @@ def _check_time(label: str, t: Floats) -> None:
     if back.size:
         row = back[0] + 1
         raise DataError(f"{label}row {row}: t goes back from {t[row - 1]} s to {t[row]} s")
+
+
+def _check_steps(label: str, steps: Steps, t: Floats, position: Floats) -> None:
+    start, end = steps.start_index, steps.end_index
+    inside = not len(steps) or (start.min() >= 0 and end.max() < len(t))
+    if not (
+        inside
+        and np.array_equal(steps.start, t[start])
+        and np.array_equal(steps.end, t[end])
+        and np.array_equal(steps.displacement, position[end] - position[start])
+    ):
+        raise DataError(f"{label}filter_steps do not lie between rows of this track: leave them out to find them anew")
 
 
 def _rate_hz(t: Floats) -> float:

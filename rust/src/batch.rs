@@ -6,6 +6,7 @@ use crate::config::{Config, CorrectionKind};
 use crate::correction;
 use crate::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};
+use crate::gait::Stride;
 use crate::health::Health;
 use crate::navigator::{Navigator, Solution};
 use crate::sample::ImuSample;
@@ -16,6 +17,8 @@ pub struct Batch {
     navigator: Navigator,
     correction: CorrectionKind,
     refines: bool,
+    /// Axis of the sensor that headings belong to.
+    forward: Vector3<f64>,
     trajectory: Trajectory,
     /// Velocity of each row without what its stance tells; kept for a correction.
     unaided: Vec<Vector3<f64>>,
@@ -43,6 +46,7 @@ impl Batch {
             navigator,
             correction: config.correction.kind,
             refines: config.refines(),
+            forward: config.alignment.forward_axis.vector(),
             trajectory: Trajectory::default(),
             unaided: Vec::new(),
         }
@@ -63,12 +67,14 @@ impl Batch {
         Ok(())
     }
 
-    /// Ends the recording: one row per sample, and the health of the whole walk.
+    /// Ends the recording: one row per sample, the health of the whole walk, and its strides if `config.output.strides` asks for them.
+    ///
+    /// A smoother or a correction moves the ends of a stride after the filter cloned their errors: its displacement is that between the rows, its covariance is the filter's, and conservative.
     ///
     /// # Errors
     /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
     /// [`crate::error::NumericalError`] when the filter cannot go on.
-    pub fn finish(mut self) -> Result<(Trajectory, Health), Error> {
+    pub fn finish(mut self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
         while let Some(solution) = self.navigator.drain()? {
             self.keep(&solution);
         }
@@ -78,7 +84,16 @@ impl Batch {
             return Err(DataError::NoStance { samples: health.counters.samples }.into());
         }
         correction::correct(self.correction, &mut self.trajectory, &self.unaided);
-        Ok((self.trajectory, health))
+        let strides = self.strides();
+        Ok((self.trajectory, health, strides))
+    }
+
+    /// The strides between the rows as they are in the end.
+    fn strides(&mut self) -> Vec<Stride> {
+        let state = |row: usize| self.trajectory.state(row);
+        let between =
+            |found: Stride| found.measured_again(&state(found.start_row), &state(found.end_row), &self.forward);
+        self.navigator.take_strides().into_iter().map(between).filter(Stride::goes_somewhere).collect()
     }
 
     fn keep(&mut self, solution: &Solution) {

@@ -242,6 +242,8 @@ pub struct OutputConfig {
     pub origin: Option<[f64; 3]>,
     /// Frame of positions, velocities and attitudes in files.
     pub frame: Frame,
+    /// Whether the strides are kept, with the covariance of each.
+    pub strides: bool,
 }
 
 impl Config {

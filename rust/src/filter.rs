@@ -24,6 +24,7 @@ use crate::sample::ImuSample;
 use crate::strapdown::{NavState, Step};
 
 mod accelerometer_attitude;
+pub(crate) mod cloned;
 pub mod covariance;
 pub(crate) mod journal;
 pub mod observation;
@@ -159,7 +160,9 @@ impl ErrorStateFilter {
 
     /// After a gap too long to be bridged: the foot is where it was, or as far away as one walks in `elapsed` (s), and may move.
     pub(crate) fn resume(&mut self, time: f64, elapsed: f64, journal: &mut impl Journal) {
-        journal.forget();
+        for block in Block::ALL {
+            journal.forget(block);
+        }
         self.estimate.nav.time = time;
         self.estimate.nav.velocity = Vector3::zeros();
         let mut p = Covariance::zero();
@@ -232,7 +235,8 @@ impl ErrorStateFilter {
     }
 
     /// Dead reckoning: the velocity is set to zero and nothing else is learned from it.
-    pub(crate) fn stop(&mut self, variance: f64) {
+    pub(crate) fn stop(&mut self, variance: f64, journal: &mut impl Journal) {
+        journal.forget(Block::Velocity);
         self.estimate.nav.velocity = Vector3::zeros();
         self.covariance.replace(Block::Velocity, variance);
     }

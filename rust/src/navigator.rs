@@ -13,6 +13,7 @@ use crate::earth;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
 use crate::filter::{ErrorStateFilter, Estimate};
+use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
 use crate::sample::ImuSample;
@@ -58,6 +59,7 @@ pub struct Navigator {
     strapdown: Strapdown,
     phase: Phase,
     smoother: Option<Smoother>,
+    strides: Option<Measured>,
     monitor: HealthMonitor,
     latest: Option<Solution>,
     /// All that spoke against a solution since the start was aligned.
@@ -86,6 +88,14 @@ enum Phase {
 impl Phase {
     fn start(config: &Config, strapdown: &Strapdown) -> Self {
         Self::Aligning(Alignment::new(config.alignment.clone(), strapdown))
+    }
+
+    /// Covariance of the error states; none while the start is being aligned.
+    fn covariance(&self) -> Option<&Covariance> {
+        match self {
+            Self::Walking(walk) => Some(&walk.filter.covariance),
+            _ => None,
+        }
     }
 }
 
@@ -132,6 +142,7 @@ impl Navigator {
             strapdown,
             phase: Phase::start(&config, &strapdown),
             smoother: smoother(&config, rate),
+            strides: strides(&config),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
             reasons_so_far: Reasons::empty(),
@@ -206,8 +217,11 @@ impl Navigator {
                 return Ok(solution);
             }
         }
+        if let Some(strides) = &mut self.strides {
+            strides.finish();
+        }
         let left = self.smoother.as_mut().and_then(Smoother::drain);
-        self.latest = left.or(self.latest);
+        self.hand_out(left.as_ref());
         Ok(left)
     }
 
@@ -218,6 +232,7 @@ impl Navigator {
         self.intake = Intake::new(&self.config, self.strapdown.nominal_interval);
         self.phase = Phase::start(&self.config, &self.strapdown);
         self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
+        self.strides = strides(&self.config);
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
         self.reasons_so_far = Reasons::empty();
@@ -261,10 +276,27 @@ impl Navigator {
     /// Covariance of the error states; none while the start is being aligned.
     #[must_use]
     pub fn covariance(&self) -> Option<&Covariance> {
-        match &self.phase {
-            Phase::Walking(walk) => Some(&walk.filter.covariance),
-            _ => None,
+        self.phase.covariance()
+    }
+
+    /// The strides that came to be known since the last call.
+    ///
+    /// A stride is known when both of its ends came out and the foot has left the stance that it ends in for 0.1 s, has stood there for half a second, or the data are over.
+    ///
+    /// # Errors
+    /// [`ConfigError`] unless `config.output.strides` is set.
+    pub fn strides(&mut self) -> Result<Vec<Stride>, ConfigError> {
+        if !self.config.output.strides {
+            return Err(ConfigError::Inconsistent("strides are not kept: set output.strides = true".into()));
         }
+        let mut strides = self.take_strides();
+        strides.retain(Stride::goes_somewhere);
+        Ok(strides)
+    }
+
+    /// As [`Navigator::strides`], shuffles on the spot among them; none unless they are kept.
+    pub(crate) fn take_strides(&mut self) -> Vec<Stride> {
+        self.strides.as_mut().map(Measured::take).unwrap_or_default()
     }
 
     /// Velocity at the filter's newest solution without what its stance tells, n, m/s.
@@ -326,8 +358,11 @@ impl Navigator {
         if !found.reasons.contains(Reasons::ALIGNING) {
             self.reasons_so_far |= found.reasons;
         }
+        if let Some(strides) = &mut self.strides {
+            strides.push(&found, self.phase.covariance());
+        }
         let solution = self.hold_back(found);
-        self.latest = solution.or(self.latest);
+        self.hand_out(solution.as_ref());
         Ok(solution)
     }
 
@@ -335,9 +370,19 @@ impl Navigator {
     #[inline]
     fn hold_back(&mut self, found: Solution) -> Option<Solution> {
         let Some(smoother) = &mut self.smoother else { return Some(found) };
-        match &self.phase {
-            Phase::Walking(walk) => smoother.push(&found, &walk.filter.covariance),
-            _ => smoother.push(&found, &Covariance::zero()),
+        match self.phase.covariance() {
+            Some(covariance) => smoother.push(&found, covariance),
+            None => smoother.push(&found, &Covariance::zero()),
+        }
+    }
+
+    /// A solution comes out.
+    #[inline]
+    fn hand_out(&mut self, solution: Option<&Solution>) {
+        let Some(solution) = solution else { return };
+        self.latest = Some(*solution);
+        if let Some(strides) = &mut self.strides {
+            strides.come_out(solution);
         }
     }
 
@@ -345,14 +390,15 @@ impl Navigator {
     fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         match &mut self.phase {
-            Phase::Walking(walk) => Ok(match &mut self.smoother {
-                None => walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?,
-                Some(smoother) => walk.update(&setting, &mut self.monitor, arrived, decision, smoother.journal())?,
-            }),
+            Phase::Walking(walk) => {
+                let strides = self.strides.as_mut().map(Measured::journal);
+                let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
+                Ok(walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?)
+            }
             Phase::Levelling(levelling) => {
                 if levelling.push(&setting, &arrived.sample)? {
                     let (walk, moving) = levelling.begin();
-                    let walk = walk.through(&self.strapdown, moving);
+                    let walk = walk.through(&self.strapdown, moving, self.strides.as_mut());
                     return Ok(self.begin(walk, arrived, decision, true));
                 }
                 let nav = levelling.state(&arrived.sample);
@@ -373,7 +419,7 @@ impl Navigator {
                     self.phase = Phase::Levelling(levelling);
                     return Ok(self.stay(nav, arrived, decision));
                 }
-                let walk = walk.through(&self.strapdown, moving);
+                let walk = walk.through(&self.strapdown, moving, self.strides.as_mut());
                 Ok(self.begin(walk, arrived, decision, aligned.at_rest))
             }
         }
@@ -413,6 +459,10 @@ fn smoother(config: &Config, rate: f64) -> Option<Smoother> {
         SmootherKind::Stepwise => Some(Smoother::stepwise(samples(config.smoother.longest_step * rate))),
         SmootherKind::Rts => Some(Smoother::whole()),
     }
+}
+
+fn strides(config: &Config) -> Option<Measured> {
+    config.output.strides.then(|| Measured::new(config.alignment.forward_axis.vector()))
 }
 
 /// The rate rounded to whole hertz.

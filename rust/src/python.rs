@@ -16,6 +16,7 @@ mod allan;
 mod batch;
 mod calibration;
 mod detector;
+mod gait;
 mod navigator;
 mod simulation;
 
@@ -57,6 +58,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibration_at, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::corrupt, module)?)?;
+    module.add_function(wrap_pyfunction!(gait::strides, module)?)?;
+    module.add_function(wrap_pyfunction!(gait::stances, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::simulate_rest, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::gait_preset, module)?)?;

@@ -1,6 +1,6 @@
 //! Solutions, column by column.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::batch::Batch;
 use crate::config::Config;
@@ -8,6 +8,7 @@ use crate::error::{DataError, Error};
 use crate::health::{Health, Reasons};
 use crate::navigator::Solution;
 use crate::sample::ImuSample;
+use crate::strapdown::NavState;
 
 /// A run of solutions, one row per sample.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,6 +92,16 @@ impl Trajectory {
         self.reasons.append(&mut other.reasons);
     }
 
+    /// The state in a row.
+    pub(crate) fn state(&self, row: usize) -> NavState {
+        NavState {
+            time: self.time[row],
+            position: self.position[row].into(),
+            velocity: self.velocity[row].into(),
+            attitude: UnitQuaternion::new_unchecked(self.quaternion[row].into()),
+        }
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -116,7 +127,8 @@ pub fn track(samples: &[ImuSample], config: &Config) -> Result<(Trajectory, Heal
     };
     let mut batch = Batch::new(config.clone(), rate)?;
     batch.push_block(samples)?;
-    batch.finish()
+    let (trajectory, health, _) = batch.finish()?;
+    Ok((trajectory, health))
 }
 
 /// Samples per second: the inverse of the median of the intervals that are not zero; none when there is no such interval.

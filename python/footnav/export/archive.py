@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import zipfile
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -11,15 +12,19 @@ import numpy as np
 
 from footnav.errors import DataError
 from footnav.health import Counters, Health, Reason, Status
+from footnav.steps import Steps
 from footnav.trajectory import Trajectory
 
-_NOT_ARRAYS = ("health", "name", "origin", "frame")
+_NOT_ARRAYS = ("health", "name", "origin", "frame", "filter_steps")
 _ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in _NOT_ARRAYS)
+_STEPS = {f.name: f"step_{f.name}" for f in dataclasses.fields(Steps)}
 
 
 def write_npz(traj: Trajectory, file: BinaryIO) -> None:
-    """Write all arrays, in the frame with z up, and the rest of the track as JSON text under ``about``."""
+    """Write all arrays, in the frame with z up, the filter's strides, and the rest as JSON text under ``about``."""
     arrays: dict[str, Any] = {name: getattr(traj, name) for name in _ARRAYS}
+    if traj.filter_steps is not None:
+        arrays |= {key: getattr(traj.filter_steps, name) for name, key in _STEPS.items()}
     about = {
         "name": traj.name,
         "origin": traj.origin,
@@ -51,14 +56,23 @@ def load_trajectory(path: str | PathLike[str]) -> Trajectory:
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in _ARRAYS}
+            steps = _steps(archive)
             about = json.loads(str(archive["about"]))
         origin = about["origin"] and tuple(about["origin"])
         health = about["health"] and _health(about["health"])
-        return Trajectory(**arrays, health=health, name=about["name"], origin=origin, frame=about["frame"])
+        one = {"name": about["name"], "origin": origin, "frame": about["frame"]}
+        return Trajectory(**arrays, **one, health=health, filter_steps=steps)
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
         raise DataError(f"{path}: is not a track that Trajectory.save wrote as .npz ({error})") from error
+
+
+def _steps(archive: Mapping[str, Any]) -> Steps | None:
+    """Strides of the filter, if they were stored."""
+    if _STEPS["covariance"] not in archive:
+        return None
+    return Steps(**{name: archive[key] for name, key in _STEPS.items()})
 
 
 def _health(stored: dict[str, Any]) -> Health:

@@ -3,7 +3,7 @@
 //! With the innovation covariance S = H P Hᵀ + R = L Lᵀ, the gain is K = W L⁻¹ where W = P Hᵀ L⁻ᵀ, and the estimated errors are W times the whitened innovation L⁻¹ y.  An axis that is
 //! not observed has a zero in place of its column of W, its row of L⁻¹ and its part of y.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix3x4, Vector3};
 
 use super::covariance::Covariance;
 use super::states::{BLOCKS, Block, ErrorStates};
@@ -32,6 +32,15 @@ impl Observation {
     #[inline]
     pub fn errors(&self) -> ErrorStates {
         ErrorStates(self.white_gain.map(|gain| gain * self.white_innovation))
+    }
+
+    /// Columns of error states after the observation: (I - K H) X.
+    #[inline]
+    pub(super) fn reduce(&self, columns: &mut [Matrix3x4<f64>; BLOCKS]) {
+        let white = self.whitener * columns[self.block.index()];
+        for (gain, rows) in self.white_gain.iter().zip(columns) {
+            *rows -= gain * white;
+        }
     }
 
     /// Carries the costate of the errors λ from after the observation to before it: (I - K H)ᵀ λ - Hᵀ S⁻¹ y.

@@ -64,7 +64,7 @@ impl ErrorStates {
         &self.0[block.index()]
     }
 
-    pub(super) fn block_mut(&mut self, block: Block) -> &mut Vector3<f64> {
+    pub(crate) fn block_mut(&mut self, block: Block) -> &mut Vector3<f64> {
         &mut self.0[block.index()]
     }
 }

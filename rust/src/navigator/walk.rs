@@ -7,6 +7,7 @@ use crate::detector::Decision;
 use crate::error::NumericalError;
 use crate::filter::journal::Journal;
 use crate::filter::{ErrorStateFilter, Estimate};
+use crate::gait::Measured;
 use crate::health::{HealthMonitor, Reasons};
 use crate::navigator::{Arrived, Solution};
 use crate::sample::ImuSample;
@@ -52,10 +53,19 @@ impl Walk {
         Self { filter, previous: *sample, increments: Increments::NONE, still_for: 0.0, rejected_for: 0.0, unaided }
     }
 
-    /// Goes through samples that came before the walk's first solution.
-    pub(super) fn through(mut self, strapdown: &Strapdown, samples: &[ImuSample]) -> Self {
+    /// Goes through samples that came before the walk's first solution; a stride may start where the foot stood until then.
+    pub(super) fn through(
+        mut self,
+        strapdown: &Strapdown,
+        samples: &[ImuSample],
+        strides: Option<&mut Measured>,
+    ) -> Self {
+        let mut journal = strides.map(|strides| {
+            strides.begin(&self.filter.covariance);
+            strides.journal()
+        });
         for sample in samples {
-            self.step(strapdown, sample, Reasons::empty(), &mut ());
+            self.step(strapdown, sample, Reasons::empty(), &mut journal);
         }
         self
     }
@@ -119,7 +129,7 @@ impl Walk {
                 monitor.zero_velocity(sample.time, self.zero_velocity(config, sample, journal));
             }
             FilterKind::Dr => {
-                self.filter.stop(config.zero_velocity_std.powi(2));
+                self.filter.stop(config.zero_velocity_std.powi(2), journal);
                 monitor.zero_velocity(sample.time, true);
             }
             FilterKind::Ins => {}

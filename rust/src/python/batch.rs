@@ -8,6 +8,7 @@ use crate::batch::Batch;
 use crate::config::Config;
 use crate::detector::{Detector, Given};
 use crate::python::detector::{Failure, PyDetector};
+use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
 use crate::python::{DataError, from_json, rows};
 
@@ -18,7 +19,11 @@ pub(super) struct PyBatch {
     inner: Option<Batch>,
     /// What a detector of the user's raised; absent with one of the core's.
     failure: Option<Failure>,
+    /// Whether the strides are asked for.
+    strides: bool,
 }
+
+type Finished<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>, Option<Bound<'py, PyDict>>);
 
 #[pymethods]
 impl PyBatch {
@@ -31,6 +36,7 @@ impl PyBatch {
         stationary: Option<Vec<bool>>,
     ) -> PyResult<Self> {
         let config: Config = from_json(config)?;
+        let strides = config.output.strides;
         let with = |detector: Box<dyn Detector>| Batch::with_detector(config.clone(), rate_hz, detector);
         let (inner, failure) = match (detector, stationary) {
             (Some(object), _) => {
@@ -40,7 +46,7 @@ impl PyBatch {
             (None, Some(decisions)) => (with(Box::new(Given::new(decisions)))?, None),
             (None, None) => (Batch::new(config, rate_hz)?, None),
         };
-        Ok(Self { inner: Some(inner), failure })
+        Ok(Self { inner: Some(inner), failure, strides })
     }
 
     fn push_block(
@@ -57,13 +63,14 @@ impl PyBatch {
         Ok(pushed?)
     }
 
-    /// Columns of the track and fields of its health.
-    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+    /// Columns of the track, fields of its health, and columns of its strides if the settings ask for them.
+    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Finished<'py>> {
         let batch = self.inner.take().ok_or_else(finished)?;
         let track = py.detach(|| batch.finish());
         self.check(py)?;
-        let (trajectory, health) = track?;
-        Ok((columns(py, trajectory)?, health_fields(py, &health)?))
+        let (trajectory, health, strides) = track?;
+        let strides = self.strides.then(|| columns_with_covariance(py, &strides)).transpose()?;
+        Ok((columns(py, trajectory)?, health_fields(py, &health)?, strides))
     }
 }
 

@@ -10,6 +10,7 @@ use crate::filter::states::STATES;
 use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
 use crate::python::detector::{Failure, PyDetector};
+use crate::python::gait::columns_with_covariance;
 use crate::python::{from_json, matrix, rows};
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
@@ -65,6 +66,11 @@ impl PyNavigator {
     fn flush_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.check(py)?;
         columns(py, py.detach(|| self.inner.flush())?)
+    }
+
+    #[pyo3(name = "_stride_columns")]
+    fn stride_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns_with_covariance(py, &self.inner.strides()?)
     }
 
     fn reset(&mut self, py: Python<'_>) -> PyResult<()> {

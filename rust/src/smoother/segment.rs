@@ -1,6 +1,6 @@
 //! A stretch of the walk, as the forward pass leaves it and the backward pass goes back over it.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::filter::covariance::Covariance;
 use crate::filter::journal::Journal;
@@ -32,7 +32,7 @@ enum Step {
     Tie(Matrix3<f64>),
     /// The next of the segment's observations.
     Observation,
-    Forget,
+    Forget(Block),
 }
 
 impl Journal for Segment {
@@ -49,8 +49,8 @@ impl Journal for Segment {
         self.steps.push(Step::Observation);
     }
 
-    fn forget(&mut self) {
-        self.steps.push(Step::Forget);
+    fn forget(&mut self, block: Block) {
+        self.steps.push(Step::Forget(block));
     }
 }
 
@@ -76,7 +76,7 @@ impl Segment {
                     Step::Transition(transition) => later.transition(transition),
                     Step::Tie(m) => later.tie(m),
                     Step::Observation => observations.next().iter().for_each(|one| later.observation(one)),
-                    Step::Forget => later = Later::default(),
+                    Step::Forget(block) => later.forget(*block),
                 }
             }
             steps = row.steps;
@@ -116,6 +116,11 @@ impl Later {
         observation.information_before(&mut self.information);
     }
 
+    fn forget(&mut self, block: Block) {
+        *self.costate.block_mut(block) = Vector3::zeros();
+        self.information.replace(block, 0.0);
+    }
+
     /// Corrects a solution by what later samples tell of it.
     fn improve(&self, solution: &mut Solution, covariance: &Covariance) {
         let costate = ErrorStates(self.costate.0.map(|part| -part));
@@ -127,7 +132,7 @@ impl Later {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
+    use nalgebra::{SMatrix, SVector, UnitQuaternion};
     use proptest::prelude::*;
 
     use super::*;
@@ -326,7 +331,9 @@ mod tests {
             let (mut alone, mut followed) = (Segment::default(), Segment::default());
             walk(&mut alone, &moves, &rows);
             walk(&mut followed, &moves, &rows);
-            followed.forget();
+            for block in Block::ALL {
+                followed.forget(block);
+            }
             walk(&mut followed, &moves, &rows);
             prop_assert_eq!(&smooth(followed)[..moves.len()], &smooth(alone)[..]);
         }

@@ -1,0 +1,285 @@
+//! Stochastic cloning: how the errors of now hang together with those at an instant before.
+//!
+//! At that instant the errors of the pose, δp and φ about the up axis of n, are copied.  The copy stays as it is, and its cross-covariance X with the errors that move on takes the same steps as
+//! the covariance P, from one side only:
+//!
+//! ```text
+//! over a transition     P <- F P Fᵀ + Q          X <- F X
+//! over an observation   P <- (I - K H) P         X <- (I - K H) X
+//! ```
+//!
+//! This is the filter of the 19 states that the copy makes of the 15, in which no observation corrects the copy: the solution of that instant was handed out and stays as it was.
+//!
+//! # References
+//! S. I. Roumeliotis, J. W. Burdick, "Stochastic Cloning: A Generalized Framework for Processing Relative State Measurements", ICRA 2002.
+
+use nalgebra::{Matrix3, Matrix3x4, Matrix4};
+
+use super::covariance::Covariance;
+use super::journal::Journal;
+use super::observation::Observation;
+use super::states::{BLOCKS, Block, Linear};
+use super::transition::Transition;
+
+/// Pose errors of an instant before, and what the errors of now have to do with them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ClonedErrors {
+    own: Matrix4<f64>,
+    cross: [Matrix3x4<f64>; BLOCKS],
+}
+
+impl ClonedErrors {
+    /// Clones the errors of now.
+    pub(crate) fn of(p: &Covariance) -> Self {
+        let cross = Block::ALL.map(|block| {
+            let mut columns = p.block(block, Block::Position).fixed_resize::<3, 4>(0.0);
+            columns.set_column(3, &p.block(block, Block::Attitude).column(2));
+            columns
+        });
+        Self { own: pose_rows(&cross), cross }
+    }
+
+    /// Covariance of the cloned pose errors, in the order of [`pose_covariance`].
+    pub(crate) fn own(&self) -> &Matrix4<f64> {
+        &self.own
+    }
+
+    /// Covariance of the pose errors of now, down the rows, with the cloned ones.
+    pub(crate) fn with_now(&self) -> Matrix4<f64> {
+        pose_rows(&self.cross)
+    }
+
+    fn block_mut(&mut self, block: Block) -> &mut Matrix3x4<f64> {
+        &mut self.cross[block.index()]
+    }
+}
+
+/// Covariance of the errors of position (m) and heading (rad, about the up axis), in n.
+pub(crate) fn pose_covariance(p: &Covariance) -> Matrix4<f64> {
+    *ClonedErrors::of(p).own()
+}
+
+fn pose_rows(columns: &[Matrix3x4<f64>; BLOCKS]) -> Matrix4<f64> {
+    let mut rows = columns[Block::Position.index()].fixed_resize::<4, 4>(0.0);
+    rows.set_row(3, &columns[Block::Attitude.index()].row(2));
+    rows
+}
+
+impl Linear for ClonedErrors {
+    #[inline]
+    fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
+        let gain = m * self.cross[source.index()];
+        *self.block_mut(target) += gain;
+    }
+
+    #[inline]
+    fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
+        let gain = scale * self.cross[source.index()];
+        *self.block_mut(target) += gain;
+    }
+
+    #[inline]
+    fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
+        *self.block_mut(block) = m * self.cross[block.index()];
+    }
+}
+
+impl Journal for ClonedErrors {
+    #[inline]
+    fn transition(&mut self, transition: &Transition) {
+        transition.apply(self);
+    }
+
+    #[inline]
+    fn tie(&mut self, m: &Matrix3<f64>) {
+        self.add_transformed(Block::Attitude, Block::AccelBias, m);
+    }
+
+    #[inline]
+    fn observation(&mut self, observation: &Observation) {
+        observation.reduce(&mut self.cross);
+    }
+
+    #[inline]
+    fn forget(&mut self, block: Block) {
+        self.block_mut(block).fill(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filter::states::{ErrorStates, STATES};
+    use crate::strapdown::Step;
+
+    const ALL: usize = STATES + 4;
+    const NOISE: f64 = 1.0e-3;
+
+    type Dense = SMatrix<f64, ALL, ALL>;
+    type Selector = SMatrix<f64, ALL, STATES>;
+
+    /// What the filter does in one row: moves, ties or not, and observes a block, or forgets it.
+    #[derive(Clone, Debug)]
+    struct Move {
+        force: Vector3<f64>,
+        turn: Vector3<f64>,
+        tie: Option<Vector3<f64>>,
+        block: Block,
+        axis: Option<usize>,
+        forgets: bool,
+    }
+
+    fn vectors(limit: f64) -> impl Strategy<Value = Vector3<f64>> {
+        [-limit..limit, -limit..limit, -limit..limit].prop_map(Vector3::from)
+    }
+
+    fn moves() -> impl Strategy<Value = Vec<Move>> {
+        let one = (
+            vectors(10.0),
+            vectors(3.0),
+            prop::option::of(vectors(0.1)),
+            prop::sample::select(&Block::ALL[..]),
+            prop::option::of(0_usize..3),
+            prop::bool::weighted(0.1),
+        );
+        let one =
+            one.prop_map(|(force, turn, tie, block, axis, forgets)| Move { force, turn, tie, block, axis, forgets });
+        prop::collection::vec(one, 1..12)
+    }
+
+    /// The 19 states right after the copy.
+    fn augmented(p: &Covariance) -> Dense {
+        let mut copy = Selector::zeros();
+        copy.fixed_view_mut::<STATES, STATES>(0, 0).fill_with_identity();
+        for (row, state) in [0, 1, 2, 8].into_iter().enumerate() {
+            copy[(STATES + row, state)] = 1.0;
+        }
+        copy * p.dense() * copy.transpose()
+    }
+
+    /// A step of the 15 states as a matrix of all 19.
+    fn whole(apply: impl Fn(&mut ErrorStates)) -> Dense {
+        let mut dense = Dense::identity();
+        for column in 0..STATES {
+            let mut states = ErrorStates::default();
+            states.0[column / 3][column % 3] = 1.0;
+            apply(&mut states);
+            for row in 0..STATES {
+                dense[(row, column)] = states.0[row / 3][row % 3];
+            }
+        }
+        dense
+    }
+
+    fn add_to_all(p: &mut Covariance, variance: f64) {
+        for block in Block::ALL {
+            p.add_variance(block, variance);
+        }
+    }
+
+    /// A covariance as the filter leaves it after some moves.
+    fn after(moves: &[Move]) -> Covariance {
+        let mut p = Covariance::zero();
+        add_to_all(&mut p, 1.0);
+        for one in moves {
+            one.of_filter(&mut p, &mut ());
+        }
+        p
+    }
+
+    fn observe(p: &mut Dense, state: usize) {
+        let mut h = SMatrix::<f64, 1, ALL>::zeros();
+        h[state] = 1.0;
+        let mut k = *p * h.transpose() / ((h * *p * h.transpose())[0] + NOISE);
+        k.fixed_rows_mut::<4>(STATES).fill(0.0);
+        let rest = Dense::identity() - k * h;
+        *p = rest * *p * rest.transpose() + NOISE * k * k.transpose();
+    }
+
+    impl Move {
+        fn transition(&self) -> Transition {
+            let attitude = UnitQuaternion::from_scaled_axis(self.turn).to_rotation_matrix().into_inner();
+            let step = Step { dt: 0.1, specific_force: self.force, attitude };
+            Transition::new(&step, &Vector3::new(0.0, 0.02, 0.03))
+        }
+
+        fn tie(&self) -> Option<Matrix3<f64>> {
+            self.tie.map(|v| crate::rotation::cross_matrix(&v))
+        }
+
+        fn of_filter(&self, p: &mut Covariance, journal: &mut impl Journal) {
+            let transition = self.transition();
+            transition.apply(p);
+            journal.transition(&transition);
+            if let Some(m) = self.tie() {
+                p.add_transformed(Block::Attitude, Block::AccelBias, &m);
+                journal.tie(&m);
+            }
+            add_to_all(p, NOISE);
+            if self.forgets {
+                p.replace(self.block, 1.0);
+                journal.forget(self.block);
+                return;
+            }
+            let (_, observation) = match self.axis {
+                None => p.observe(self.block, &Vector3::zeros(), NOISE, f64::INFINITY),
+                Some(axis) => p.observe_axis(self.block, axis, 0.0, NOISE, f64::INFINITY),
+            };
+            journal.observation(&observation.unwrap());
+        }
+
+        fn of_dense(&self, p: &mut Dense) {
+            let transition = self.transition();
+            let f = whole(|states| {
+                transition.apply(states);
+                if let Some(m) = self.tie() {
+                    states.add_transformed(Block::Attitude, Block::AccelBias, &m);
+                }
+            });
+            *p = f * *p * f.transpose();
+            for state in 0..STATES {
+                p[(state, state)] += NOISE;
+            }
+            let first = 3 * self.block.index();
+            for state in (first..first + 3).filter(|&state| self.axis.is_none_or(|axis| first + axis == state)) {
+                if !self.forgets {
+                    observe(p, state);
+                }
+            }
+            for state in (first..first + 3).filter(|_| self.forgets) {
+                p.row_mut(state).fill(0.0);
+                p.column_mut(state).fill(0.0);
+                p[(state, state)] = 1.0;
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_clone_is_the_augmented_filter(before in moves(), later in moves()) {
+            let mut p = after(&before);
+            let (mut dense, mut clone) = (augmented(&p), ClonedErrors::of(&p));
+            for one in &later {
+                one.of_filter(&mut p, &mut clone);
+                one.of_dense(&mut dense);
+            }
+            let scale = dense.norm();
+            prop_assert!((p.dense() - dense.fixed_view::<STATES, STATES>(0, 0)).norm() < 1e-9 * scale);
+            prop_assert!((clone.own - dense.fixed_view::<4, 4>(STATES, STATES)).norm() < 1e-9 * scale);
+            for (block, rows) in clone.cross.iter().enumerate() {
+                prop_assert!((rows - dense.fixed_view::<3, 4>(3 * block, STATES)).norm() < 1e-9 * scale);
+            }
+        }
+
+        #[test]
+        fn errors_that_were_just_cloned_are_those_of_now(before in moves()) {
+            let p = after(&before);
+            let clone = ClonedErrors::of(&p);
+            prop_assert_eq!(clone.with_now(), pose_covariance(&p));
+            prop_assert!((clone.own - clone.own.transpose()).norm() == 0.0);
+        }
+    }
+}

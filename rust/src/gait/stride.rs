@@ -1,0 +1,165 @@
+//! One stride: where it went, and how well that is known.
+
+use nalgebra::{Matrix4, Vector3};
+
+use super::{turn_about_up, wrapped};
+use crate::rotation;
+use crate::strapdown::NavState;
+
+/// Way below which the foot shuffled on the spot, m.
+const SHORTEST: f64 = 0.05;
+/// The axis that a heading belongs to when nobody says another one.
+pub(super) const SENSOR_X: Vector3<f64> = Vector3::new(1.0, 0.0, 0.0);
+
+/// The way of the foot from one stance to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stride {
+    /// Row in which it starts, counted over all solutions.
+    pub start_row: usize,
+    /// Row in which it ends.
+    pub end_row: usize,
+    /// Stamp of the start, s.
+    pub start: f64,
+    /// Stamp of the end, s.
+    pub end: f64,
+    /// From start to end in n, m.
+    pub displacement: Vector3<f64>,
+    /// Heading of the foot at the start, rad, anticlockwise from n x.
+    pub start_heading: f64,
+    /// Turn of the foot about the vertical, rad within (-π, π], positive to the left.
+    pub heading_change: f64,
+    /// Covariance of displacement (m) and change of heading (rad) in the frame of the start heading; none for a track without a filter.
+    pub covariance: Option<Matrix4<f64>>,
+}
+
+impl Stride {
+    /// Measures the way between two rows.
+    pub(crate) fn between(rows: (usize, usize), start: &NavState, end: &NavState, forward: &Vector3<f64>) -> Self {
+        Self {
+            start_row: rows.0,
+            end_row: rows.1,
+            start: start.time,
+            end: end.time,
+            displacement: end.position - start.position,
+            start_heading: wrapped(rotation::yaw_and_elevation(&start.attitude, forward).0),
+            heading_change: turn_about_up(&start.attitude, &end.attitude),
+            covariance: None,
+        }
+    }
+
+    /// The same stride between states that were improved since it was found.
+    pub(crate) fn measured_again(&self, start: &NavState, end: &NavState, forward: &Vector3<f64>) -> Self {
+        let covariance = self.covariance;
+        Self { covariance, ..Self::between((self.start_row, self.end_row), start, end, forward) }
+    }
+
+    /// Adds the covariance, given those of the pose errors at both ends and of the errors at the end with those at the start.
+    pub(super) fn with_covariance(self, start: &Matrix4<f64>, end: &Matrix4<f64>, cross: &Matrix4<f64>) -> Self {
+        let turn = *rotation::about_up(-self.start_heading).to_rotation_matrix().matrix();
+        let g_e = turn.to_homogeneous();
+        let mut g_s = g_e;
+        let quarter = Vector3::new(-self.displacement.y, self.displacement.x, 0.0);
+        g_s.fixed_view_mut::<3, 1>(0, 3).copy_from(&(turn * quarter));
+        let both = g_e * cross * g_s.transpose();
+        let covariance = g_e * end * g_e.transpose() + g_s * start * g_s.transpose() - both - both.transpose();
+        Self { covariance: Some(0.5 * (covariance + covariance.transpose())), ..self }
+    }
+
+    /// Whether it is more than a shuffle on the spot.
+    #[must_use]
+    pub fn goes_somewhere(&self) -> bool {
+        let way = &self.displacement;
+        way.x.hypot(way.y) >= SHORTEST || way.z.abs() >= SHORTEST
+    }
+
+    /// Whether it starts or ends in `row`.
+    pub(super) fn touches(&self, row: usize) -> bool {
+        self.start_row == row || self.end_row == row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{SMatrix, SVector, Vector4};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Dense = SMatrix<f64, 8, 8>;
+
+    /// Position and heading at the start, then at the end.
+    type Ends = SVector<f64, 8>;
+
+    fn ends() -> impl Strategy<Value = Ends> {
+        prop::collection::vec(-2.0..2.0, 8).prop_map(|values| Ends::from_column_slice(&values))
+    }
+
+    fn covariances() -> impl Strategy<Value = Dense> {
+        prop::collection::vec(-1.0..1.0, 64).prop_map(|values| {
+            let a = Dense::from_column_slice(&values);
+            a * a.transpose()
+        })
+    }
+
+    fn state(ends: &Ends, first: usize) -> NavState {
+        let position = ends.fixed_rows::<3>(first).into_owned();
+        NavState { position, ..NavState::at_rest(0.0, rotation::about_up(ends[first + 3])) }
+    }
+
+    fn stride(ends: &Ends, p: &Dense) -> Stride {
+        let part = |row, column| p.fixed_view::<4, 4>(row, column).into_owned();
+        let stride = Stride::between((0, 1), &state(ends, 0), &state(ends, 4), &SENSOR_X);
+        stride.with_covariance(&part(0, 0), &part(4, 4), &part(4, 0))
+    }
+
+    /// What the covariance is about.
+    fn local(ends: &Ends) -> Vector4<f64> {
+        let way = ends.fixed_rows::<3>(4) - ends.fixed_rows::<3>(0);
+        (rotation::about_up(-ends[3]) * way).push(ends[7] - ends[3])
+    }
+
+    fn covariance(stride: &Stride) -> Matrix4<f64> {
+        stride.covariance.unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn the_covariance_is_that_of_the_linearized_displacement(ends in ends(), p in covariances()) {
+            let mut jacobian = SMatrix::<f64, 4, 8>::zeros();
+            for k in 0..8 {
+                let mut nudge = Ends::zeros();
+                nudge[k] = 1e-4;
+                jacobian.set_column(k, &((local(&(ends + nudge)) - local(&(ends - nudge))) / 2e-4));
+            }
+            let expected = jacobian * p * jacobian.transpose();
+            let found = covariance(&stride(&ends, &p));
+            prop_assert!((found - expected).norm() < 1e-6 * (1.0 + expected.norm()));
+            prop_assert_eq!(found, found.transpose());
+        }
+
+        #[test]
+        fn turning_and_shifting_the_map_changes_nothing_in_the_frame_of_the_stride(
+            ends in ends(), p in covariances(), angle in -3.0..3.0, shift in [-9.0..9.0, -9.0..9.0, -9.0..9.0],
+        ) {
+            let turn = *rotation::about_up(angle).to_rotation_matrix().matrix();
+            let mut both = Dense::identity();
+            both.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
+            both.fixed_view_mut::<3, 3>(4, 4).copy_from(&turn);
+            let mut moved = both * ends;
+            for first in [0, 4] {
+                (0..3).for_each(|axis| moved[first + axis] += shift[axis]);
+                moved[first + 3] += angle;
+            }
+            let (here, there) = (stride(&ends, &p), stride(&moved, &(both * p * both.transpose())));
+            prop_assert!((covariance(&here) - covariance(&there)).norm() < 1e-10 * (1.0 + p.norm()));
+            prop_assert!((turn * here.displacement - there.displacement).norm() < 1e-12 * (1.0 + moved.norm()));
+        }
+    }
+
+    #[test]
+    fn errors_that_both_ends_share_cancel() {
+        let ends = Ends::from_column_slice(&[3.0, -2.0, 1.0, 0.4, 3.0, -2.0, 1.0, 1.4]);
+        let p = Dense::repeat(4.0);
+        assert!(covariance(&stride(&ends, &p)).norm() < 1e-14);
+    }
+}
