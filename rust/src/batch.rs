@@ -7,7 +7,7 @@ use crate::correction;
 use crate::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};
 use crate::health::Health;
-use crate::navigator::{Navigator, Solution};
+use crate::navigator::Navigator;
 use crate::sample::ImuSample;
 use crate::trajectory::Trajectory;
 
@@ -56,8 +56,8 @@ impl Batch {
         self.navigator.check_block(block)?;
         self.trajectory.reserve(block.len());
         for raw in block {
-            if let Some(solution) = self.navigator.push(raw)? {
-                self.keep(&solution);
+            if self.navigator.advance(raw)? {
+                self.keep_latest();
             }
         }
         Ok(())
@@ -69,8 +69,8 @@ impl Batch {
     /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
     /// [`crate::error::NumericalError`] when the filter cannot go on.
     pub fn finish(mut self) -> Result<(Trajectory, Health), Error> {
-        while let Some(solution) = self.navigator.drain()? {
-            self.keep(&solution);
+        while self.navigator.drain()?.is_some() {
+            self.keep_latest();
         }
         self.navigator.check_aligned()?;
         let health = self.navigator.health_of_walk();
@@ -81,8 +81,8 @@ impl Batch {
         Ok((self.trajectory, health))
     }
 
-    fn keep(&mut self, solution: &Solution) {
-        self.trajectory.push(solution);
+    fn keep_latest(&mut self) {
+        self.trajectory.extend(self.navigator.latest());
         if self.correction != CorrectionKind::None {
             self.unaided.push(self.navigator.unaided_velocity());
         }

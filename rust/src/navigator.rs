@@ -151,6 +151,15 @@ impl Navigator {
     /// [`Navigator::reset`].
     #[inline]
     pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
+        Ok(if self.advance(raw)? { self.latest } else { None })
+    }
+
+    /// As [`Navigator::push`], but the solution stays where [`Navigator::latest`] shows it; answers whether there is a new one.
+    ///
+    /// # Errors
+    /// As [`Navigator::push`].
+    #[inline]
+    pub fn advance(&mut self, raw: &ImuSample) -> Result<bool, Error> {
         self.check_running()?;
         let events = self.intake.accept(raw)?;
         let sample = self.calibrator.apply(raw);
@@ -159,7 +168,7 @@ impl Navigator {
         self.pending.push_back(Arrived { sample, events });
         match self.detector.push(&sample) {
             Some(decision) => self.release(&decision),
-            None => Ok(None),
+            None => Ok(false),
         }
     }
 
@@ -171,8 +180,8 @@ impl Navigator {
         self.check_block(block)?;
         let mut solutions = Trajectory::with_capacity(block.len());
         for raw in block {
-            if let Some(solution) = self.push(raw)? {
-                solutions.push(&solution);
+            if self.advance(raw)? {
+                solutions.extend(self.latest());
             }
         }
         Ok(solutions)
@@ -201,9 +210,8 @@ impl Navigator {
     /// The next of the solutions that are left at the end of the data.
     pub(crate) fn drain(&mut self) -> Result<Option<Solution>, Error> {
         while let Some(decision) = self.detector.drain() {
-            let solution = self.release(&decision)?;
-            if solution.is_some() {
-                return Ok(solution);
+            if self.release(&decision)? {
+                return Ok(self.latest);
             }
         }
         let left = self.smoother.as_mut().and_then(Smoother::drain);
@@ -320,25 +328,34 @@ impl Navigator {
 
     /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since the sample is lost.
     #[inline]
-    fn release(&mut self, decision: &Decision) -> Result<Option<Solution>, Error> {
-        let Some(arrived) = self.pending.pop_front() else { return Ok(None) };
-        let found = self.solve(&arrived, decision).inspect_err(|failure| self.failure = Some(failure.clone()))?;
+    fn release(&mut self, decision: &Decision) -> Result<bool, Error> {
+        let Some(arrived) = self.pending.pop_front() else { return Ok(false) };
+        let found = match self.solve(&arrived, decision) {
+            Ok(found) => found,
+            Err(failure) => {
+                self.failure = Some(failure.clone());
+                return Err(failure);
+            }
+        };
         if !found.reasons.contains(Reasons::ALIGNING) {
             self.reasons_so_far |= found.reasons;
         }
-        let solution = self.hold_back(found);
-        self.latest = solution.or(self.latest);
-        Ok(solution)
+        if self.smoother.is_some() {
+            return Ok(self.hold_back(&found));
+        }
+        self.latest = Some(found);
+        Ok(true)
     }
 
-    /// Lets the smoother take the filter's newest solution, and returns the one that comes out.
-    #[inline]
-    fn hold_back(&mut self, found: Solution) -> Option<Solution> {
-        let Some(smoother) = &mut self.smoother else { return Some(found) };
-        match &self.phase {
-            Phase::Walking(walk) => smoother.push(&found, &walk.filter.covariance),
-            _ => smoother.push(&found, &Covariance::zero()),
-        }
+    /// Lets the smoother take the filter's newest solution, and answers whether another one came out.
+    fn hold_back(&mut self, found: &Solution) -> bool {
+        let Some(smoother) = &mut self.smoother else { return false };
+        let due = match &self.phase {
+            Phase::Walking(walk) => smoother.push(found, &walk.filter.covariance),
+            _ => smoother.push(found, &Covariance::zero()),
+        };
+        self.latest = due.or(self.latest);
+        due.is_some()
     }
 
     #[inline]

@@ -14,9 +14,11 @@ use crate::sample::ImuSample;
 
 mod batch;
 mod detector;
+mod exclusive;
 mod navigator;
 mod simulation;
 
+pyo3::import_exception!(footnav.errors, BusyError);
 pyo3::import_exception!(footnav.errors, ConfigError);
 pyo3::import_exception!(footnav.errors, DataError);
 pyo3::import_exception!(footnav.errors, NumericalError);
