@@ -5,16 +5,21 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use footnav::config::{AdaptiveShoeConfig, DetectorConfig, MagnitudeVarianceConfig, ShoeConfig};
+use footnav::config::{
+    AdaptiveShoeConfig, DetectorConfig, MagnitudeVarianceConfig, ShoeConfig, SmootherConfig, SmootherKind,
+};
 use footnav::detector::decide_all;
 use footnav::filter::covariance::Covariance;
-use footnav::filter::states::{Block, Linear};
+use footnav::filter::states::Block;
+use footnav::filter::transition::Transition;
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
-use footnav::strapdown::{Increments, MechanizationKind, NavState, Strapdown};
+use footnav::strapdown::{Increments, MechanizationKind, NavState, Step, Strapdown};
 use footnav::{Config, ImuSample, Navigator, track};
 use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
 
 const RATE: f64 = 200.0;
+
+type Dense = SMatrix<f64, 15, 15>;
 
 fn samples() -> Vec<ImuSample> {
     let settings = SimulationSettings { rate_hz: RATE, seed: 1, ..SimulationSettings::default() };
@@ -63,28 +68,17 @@ fn covariance(criterion: &mut Criterion) {
     for block in Block::ALL {
         p.add_variance(block, 0.01);
     }
-    let (dt, m) = (1.0 / RATE, 0.01 * Matrix3::new(0.0, -9.8, 1.0, 9.8, 0.0, 2.0, -1.0, -2.0, 0.0));
+    let step = Step { dt: 1.0 / RATE, specific_force: Vector3::new(1.0, 2.0, 9.8), attitude: Matrix3::identity() };
+    let transition = Transition::new(&step, &Vector3::zeros());
+    let dense = p.dense();
     let mut group = criterion.benchmark_group("covariance");
     group.bench_function("prediction", |bencher| {
-        bencher.iter_batched_ref(
-            || p.clone(),
-            |p| {
-                p.add_scaled(Block::Position, Block::Velocity, dt);
-                p.add_transformed(Block::Velocity, Block::Attitude, &m);
-                p.add_transformed(Block::Velocity, Block::AccelBias, &m);
-                p.add_transformed(Block::Attitude, Block::GyroBias, &m);
-            },
-            BatchSize::SmallInput,
-        );
+        bencher.iter_batched_ref(|| p.clone(), |p| transition.apply(p), BatchSize::SmallInput);
     });
     group.bench_function("prediction, dense", |bencher| {
-        let mut f = SMatrix::<f64, 15, 15>::identity();
-        f.fixed_view_mut::<3, 3>(0, 3).fill_diagonal(dt);
-        f.fixed_view_mut::<3, 3>(3, 6).copy_from(&m);
-        f.fixed_view_mut::<3, 3>(3, 12).copy_from(&m);
-        f.fixed_view_mut::<3, 3>(6, 9).copy_from(&m);
-        let dense = p.dense();
-        bencher.iter(|| black_box(&f) * black_box(&dense) * f.transpose());
+        let f = Dense::identity() + 0.01 * Dense::repeat(1.0);
+        let q = Dense::identity();
+        bencher.iter(|| black_box(&f) * black_box(&dense) * f.transpose() + q);
     });
     group.bench_function("zero velocity", |bencher| {
         let innovation = Vector3::new(0.01, -0.02, 0.01);
@@ -93,6 +87,16 @@ fn covariance(criterion: &mut Criterion) {
             |p| p.observe(Block::Velocity, &innovation, 1.0e-4, f64::INFINITY),
             BatchSize::SmallInput,
         );
+    });
+    group.bench_function("zero velocity, dense", |bencher| {
+        let mut h = SMatrix::<f64, 3, 15>::zeros();
+        h.fixed_columns_mut::<3>(3).fill_with_identity();
+        let r = Matrix3::from_diagonal_element(1.0e-4);
+        bencher.iter(|| {
+            let p = black_box(&dense);
+            let k = (h * p * h.transpose() + r).try_inverse().map(|inverse| p * h.transpose() * inverse);
+            k.map(|k| (Dense::identity() - k * h) * p * (Dense::identity() - k * h).transpose() + k * r * k.transpose())
+        });
     });
 }
 
@@ -108,6 +112,11 @@ fn whole(criterion: &mut Criterion) {
     group.bench_function("track, strides", |bencher| {
         let mut config = Config::default();
         config.output.strides = true;
+        bencher.iter(|| track(black_box(&samples), &config));
+    });
+    group.bench_function("track, rts", |bencher| {
+        let smoother = SmootherConfig { kind: SmootherKind::Rts, ..SmootherConfig::default() };
+        let config = Config { smoother, ..Config::default() };
         bencher.iter(|| track(black_box(&samples), &config));
     });
     group.bench_function("push", |bencher| {

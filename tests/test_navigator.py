@@ -1,7 +1,10 @@
 """Streaming: the numbers of the batch in any chunking, late by a fixed number of samples, and never corrupted."""
 
 import dataclasses
+import io
 import itertools
+import os
+import subprocess
 import sys
 import threading
 
@@ -24,7 +27,7 @@ from footnav import (
     Trajectory,
     track,
 )
-from footnav.errors import ConfigError, DataError
+from footnav.errors import BusyError, ConfigError, DataError
 
 RATE = 100.0
 COLUMNS = (
@@ -428,7 +431,7 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
                 assert covariance is None or np.array_equal(covariance, covariance.T)
                 assert np.isfinite(now.position).all()
                 navigator.push_block([-1.0], [[0.0, 0.0, 9.8]], [[0.0, 0.0, 0.0]])
-            except (RuntimeError, DataError):
+            except (BusyError, DataError):
                 continue
             except BaseException as error:
                 unexpected.append(error)
@@ -438,7 +441,7 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
         while True:
             try:
                 return navigator.push_block(*(column[block] for column in samples))
-            except RuntimeError:
+            except BusyError:
                 continue
 
     thread = threading.Thread(target=disturb)
@@ -451,3 +454,43 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
     assert not unexpected
     states = Trajectory.concatenate([*parts, navigator.flush()])
     assert_same(states, expected, [name for name in COLUMNS if name != "reasons"])
+
+
+def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
+    """A detector that looks at its own navigator stands for the other thread: it always comes at the wrong moment."""
+    complaints = []
+
+    class Nosy:
+        latency = 0
+
+        def push(self, t, accel, gyro):
+            for attempt in (lambda: navigator.position, lambda: navigator.push(t, *accel, *gyro), navigator.reset):
+                with pytest.raises(BusyError, match="another call is at work.*its own navigator") as error:
+                    attempt()
+                complaints.append(error)
+            return False
+
+        def reset(self):
+            pass
+
+    navigator = Navigator(rate_hz=RATE, detector=Nosy())
+    samples = [column[:5] for column in walk()]
+    assert len(navigator.push_block(*samples)) == 5
+    assert len(complaints) == 15
+    assert navigator.health.counters.samples == 5
+
+
+def test_the_kernel_for_every_processor_leads_to_the_same_place():
+    """The kernel is chosen once per process, so the other one runs in a process of its own."""
+    program = (
+        "import sys, numpy as np, footnav;"
+        "recording, _ = footnav.simulate([[0, 0], [8, 0]], seed=3);"
+        "np.save(sys.stdout.buffer, footnav.track(recording).position)"
+    )
+
+    def positions(kernel):
+        environment = {**os.environ, "FOOTNAV_KERNEL": kernel}
+        run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
+        return np.load(io.BytesIO(run.stdout))
+
+    np.testing.assert_allclose(positions("plain"), positions(""), rtol=0, atol=1e-9)

@@ -37,7 +37,7 @@ from footnav.detectors import (
     WindowedEnergies,
 )
 from footnav.diagnosis import Diagnosis, diagnose
-from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
+from footnav.errors import BusyError, ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
 from footnav.evaluation import Evaluation, evaluate
 from footnav.health import Health, Reason, Status
 from footnav.io import read
@@ -52,6 +52,7 @@ from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
 __all__ = [
+    "BusyError",
     "AccelerationMagnitude",
     "AdaptiveShoe",
     "Alignment",

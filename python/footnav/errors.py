@@ -24,6 +24,10 @@ class NumericalError(FootnavError):
     """The filter lost a property that it cannot go on without, such as a positive covariance."""
 
 
+class BusyError(FootnavError):
+    """Another call, such as one of another thread, is at work on the same object."""
+
+
 class FootnavWarning(UserWarning):
     """The data can be tracked, but the user should know what was found in them."""
 

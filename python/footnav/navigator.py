@@ -50,6 +50,9 @@ class Navigator(_core.Navigator):
     the end of the step; :meth:`now` carries the filter's newest state forward to the newest sample.  While the start
     is aligned the states stay at the origin and `health` says so.
 
+    Threads may share a navigator if they take turns: whatever is asked of it while another call is at work raises
+    `footnav.errors.BusyError` and changes nothing.
+
     Parameters
     ----------
     config : Config, optional

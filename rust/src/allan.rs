@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn averaging_times_are_ten_a_decade_and_leave_ten_intervals() {
-        assert_eq!(averaging_factors(9), []);
+        assert!(averaging_factors(9).is_empty());
         assert_eq!(averaging_factors(100), [1, 2, 3, 4, 5, 6, 8, 10]);
         assert_eq!(averaging_factors(7_200_000).last(), Some(&630_957));
     }

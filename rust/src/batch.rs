@@ -8,7 +8,7 @@ use crate::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};
 use crate::gait::Stride;
 use crate::health::Health;
-use crate::navigator::{Navigator, Solution};
+use crate::navigator::Navigator;
 use crate::sample::ImuSample;
 use crate::trajectory::Trajectory;
 
@@ -60,8 +60,8 @@ impl Batch {
         self.navigator.check_block(block)?;
         self.trajectory.reserve(block.len());
         for raw in block {
-            if let Some(solution) = self.navigator.push(raw)? {
-                self.keep(&solution);
+            if self.navigator.advance(raw)? {
+                self.keep_latest();
             }
         }
         Ok(())
@@ -75,8 +75,8 @@ impl Batch {
     /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
     /// [`crate::error::NumericalError`] when the filter cannot go on.
     pub fn finish(mut self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
-        while let Some(solution) = self.navigator.drain()? {
-            self.keep(&solution);
+        while self.navigator.drain()?.is_some() {
+            self.keep_latest();
         }
         self.navigator.check_aligned()?;
         let health = self.navigator.health_of_walk();
@@ -96,8 +96,8 @@ impl Batch {
         self.navigator.take_strides().into_iter().map(between).filter(Stride::goes_somewhere).collect()
     }
 
-    fn keep(&mut self, solution: &Solution) {
-        self.trajectory.push(solution);
+    fn keep_latest(&mut self) {
+        self.trajectory.extend(self.navigator.latest());
         if self.correction != CorrectionKind::None {
             self.unaided.push(self.navigator.unaided_velocity());
         }

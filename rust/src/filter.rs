@@ -27,13 +27,18 @@ mod accelerometer_attitude;
 pub(crate) mod cloned;
 pub mod covariance;
 pub(crate) mod journal;
+#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
+#[expect(clippy::many_single_char_names, reason = "numbers and blocks of matrices")]
+mod kernel;
+#[expect(clippy::inline_always, reason = "as the kernel")]
+mod lanes;
 pub mod observation;
 pub mod states;
 pub mod transition;
 
 use covariance::Covariance;
 use journal::Journal;
-use observation::{Observation, Update};
+use observation::Update;
 use states::{Block, ErrorStates, Linear};
 use transition::Transition;
 
@@ -184,8 +189,7 @@ impl ErrorStateFilter {
         if insist {
             self.covariance.add_variance(Block::Velocity, innovation.norm_squared());
         }
-        let observed = self.covariance.observe(Block::Velocity, &innovation, variance, self.gate);
-        self.use_observation(observed, journal)
+        self.observe(Block::Velocity, &innovation, variance, journal)
     }
 
     /// Zero-angular-rate update: the foot turns with the Earth alone, up to `std` (rad/s); the rest of what the gyroscope reads is its bias.
@@ -193,8 +197,7 @@ impl ErrorStateFilter {
     pub(crate) fn zero_angular_rate(&mut self, sample: &ImuSample, std: f64, journal: &mut impl Journal) -> Update {
         let earth_rate = self.estimate.nav.attitude.inverse() * self.earth_rate;
         let innovation = sample.angular_rate - earth_rate - self.estimate.gyro_bias;
-        let observed = self.covariance.observe(Block::GyroBias, &innovation, std * std, self.gate);
-        self.use_observation(observed, journal)
+        self.observe(Block::GyroBias, &innovation, std * std, journal)
     }
 
     /// Magnitude of the specific force less gravity, m/s².
@@ -274,16 +277,17 @@ impl ErrorStateFilter {
     }
 
     #[inline]
-    fn use_observation(
+    fn observe(
         &mut self,
-        (update, observation): (Update, Option<Observation>),
+        block: Block,
+        innovation: &Vector3<f64>,
+        variance: f64,
         journal: &mut impl Journal,
     ) -> Update {
-        if let Some(observation) = observation {
-            journal.observation(&observation);
+        self.covariance.observe_with(block, innovation, variance, self.gate, |observation| {
+            journal.observation(observation);
             self.estimate.correct(&observation.errors());
-        }
-        update
+        })
     }
 
     /// One-sigma position uncertainty in n, m.

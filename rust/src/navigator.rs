@@ -162,6 +162,15 @@ impl Navigator {
     /// [`Navigator::reset`].
     #[inline]
     pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
+        Ok(if self.advance(raw)? { self.latest } else { None })
+    }
+
+    /// As [`Navigator::push`], but the solution stays where [`Navigator::latest`] shows it; answers whether there is a new one.
+    ///
+    /// # Errors
+    /// As [`Navigator::push`].
+    #[inline]
+    pub fn advance(&mut self, raw: &ImuSample) -> Result<bool, Error> {
         self.check_running()?;
         let events = self.intake.accept(raw)?;
         let sample = self.calibrator.apply(raw);
@@ -170,7 +179,7 @@ impl Navigator {
         self.pending.push_back(Arrived { sample, events });
         match self.detector.push(&sample) {
             Some(decision) => self.release(&decision),
-            None => Ok(None),
+            None => Ok(false),
         }
     }
 
@@ -182,8 +191,8 @@ impl Navigator {
         self.check_block(block)?;
         let mut solutions = Trajectory::with_capacity(block.len());
         for raw in block {
-            if let Some(solution) = self.push(raw)? {
-                solutions.push(&solution);
+            if self.advance(raw)? {
+                solutions.extend(self.latest());
             }
         }
         Ok(solutions)
@@ -212,16 +221,17 @@ impl Navigator {
     /// The next of the solutions that are left at the end of the data.
     pub(crate) fn drain(&mut self) -> Result<Option<Solution>, Error> {
         while let Some(decision) = self.detector.drain() {
-            let solution = self.release(&decision)?;
-            if solution.is_some() {
-                return Ok(solution);
+            if self.release(&decision)? {
+                return Ok(self.latest);
             }
         }
         if let Some(strides) = &mut self.strides {
             strides.finish();
         }
         let left = self.smoother.as_mut().and_then(Smoother::drain);
-        self.hand_out(left.as_ref());
+        if let Some(solution) = left {
+            self.hand_out(solution);
+        }
         Ok(left)
     }
 
@@ -352,38 +362,47 @@ impl Navigator {
 
     /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since the sample is lost.
     #[inline]
-    fn release(&mut self, decision: &Decision) -> Result<Option<Solution>, Error> {
-        let Some(arrived) = self.pending.pop_front() else { return Ok(None) };
-        let found = self.solve(&arrived, decision).inspect_err(|failure| self.failure = Some(failure.clone()))?;
+    fn release(&mut self, decision: &Decision) -> Result<bool, Error> {
+        let Some(arrived) = self.pending.pop_front() else { return Ok(false) };
+        let found = match self.solve(&arrived, decision) {
+            Ok(found) => found,
+            Err(failure) => {
+                self.failure = Some(failure.clone());
+                return Err(failure);
+            }
+        };
         if !found.reasons.contains(Reasons::ALIGNING) {
             self.reasons_so_far |= found.reasons;
         }
         if let Some(strides) = &mut self.strides {
             strides.push(&found, self.phase.covariance());
         }
-        let solution = self.hold_back(found);
-        self.hand_out(solution.as_ref());
-        Ok(solution)
+        if self.smoother.is_some() {
+            return Ok(self.hold_back(&found));
+        }
+        self.hand_out(found);
+        Ok(true)
     }
 
-    /// Lets the smoother take the filter's newest solution, and returns the one that comes out.
-    #[inline]
-    fn hold_back(&mut self, found: Solution) -> Option<Solution> {
-        let Some(smoother) = &mut self.smoother else { return Some(found) };
-        match self.phase.covariance() {
-            Some(covariance) => smoother.push(&found, covariance),
-            None => smoother.push(&found, &Covariance::zero()),
-        }
+    /// Lets the smoother take the filter's newest solution, and answers whether another one came out.
+    fn hold_back(&mut self, found: &Solution) -> bool {
+        let Some(smoother) = &mut self.smoother else { return false };
+        let due = match self.phase.covariance() {
+            Some(covariance) => smoother.push(found, covariance),
+            None => smoother.push(found, &Covariance::zero()),
+        };
+        let Some(solution) = due else { return false };
+        self.hand_out(solution);
+        true
     }
 
     /// A solution comes out.
     #[inline]
-    fn hand_out(&mut self, solution: Option<&Solution>) {
-        let Some(solution) = solution else { return };
-        self.latest = Some(*solution);
+    fn hand_out(&mut self, solution: Solution) {
         if let Some(strides) = &mut self.strides {
-            strides.come_out(solution);
+            strides.come_out(&solution);
         }
+        self.latest = Some(solution);
     }
 
     #[inline]

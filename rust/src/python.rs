@@ -16,10 +16,12 @@ mod allan;
 mod batch;
 mod calibration;
 mod detector;
+mod exclusive;
 mod gait;
 mod navigator;
 mod simulation;
 
+pyo3::import_exception!(footnav.errors, BusyError);
 pyo3::import_exception!(footnav.errors, ConfigError);
 pyo3::import_exception!(footnav.errors, DataError);
 pyo3::import_exception!(footnav.errors, NumericalError);

@@ -21,7 +21,7 @@ pub fn exp(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let half = 0.5 * rotation_vector;
     let x = half.norm_squared();
     if x > 0.0625 {
-        return UnitQuaternion::from_scaled_axis(*rotation_vector);
+        return exp_of_large(rotation_vector);
     }
     let sinc =
         1.0 + x * (-1.0 / 6.0 + x * (1.0 / 120.0 + x * (-1.0 / 5_040.0 + x * (1.0 / 362_880.0 - x / 39_916_800.0))));
@@ -30,6 +30,11 @@ pub fn exp(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
             + x * (1.0 / 24.0
                 + x * (-1.0 / 720.0 + x * (1.0 / 40_320.0 + x * (-1.0 / 3_628_800.0 + x / 479_001_600.0)))));
     UnitQuaternion::new_unchecked(Quaternion::from_imag(sinc * half) + Quaternion::from_real(cos))
+}
+
+#[cold]
+fn exp_of_large(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_scaled_axis(*rotation_vector)
 }
 
 /// The quaternion brought back to unit length by one Newton step, which is exact to rounding for one that has drifted by less than 1e-8.

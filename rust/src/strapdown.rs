@@ -159,6 +159,7 @@ impl Strapdown {
         Step { dt, specific_force, attitude: matrix }
     }
 
+    #[inline]
     fn two_sample(
         &self,
         attitude: &UnitQuaternion<f64>,
@@ -171,11 +172,13 @@ impl Strapdown {
         (self.turn(attitude, &rotation_vector, now.dt), attitude * specific_velocity)
     }
 
+    #[inline]
     fn single_sample(&self, attitude: &UnitQuaternion<f64>, now: &Increments) -> (UnitQuaternion<f64>, Vector3<f64>) {
         let specific_velocity = now.velocity + 0.5 * now.angle.cross(&now.velocity);
         (self.turn(attitude, &now.angle, now.dt), attitude * specific_velocity)
     }
 
+    #[inline]
     fn turn(&self, attitude: &UnitQuaternion<f64>, rotation_vector: &Vector3<f64>, dt: f64) -> UnitQuaternion<f64> {
         let turned = attitude * rotation::exp(rotation_vector);
         let turned =

@@ -115,6 +115,14 @@ impl Trajectory {
     }
 }
 
+impl<'a> Extend<&'a Solution> for Trajectory {
+    fn extend<T: IntoIterator<Item = &'a Solution>>(&mut self, solutions: T) {
+        for solution in solutions {
+            self.push(solution);
+        }
+    }
+}
+
 /// Tracks a whole recording: one row per sample, and the health of the whole walk.
 ///
 /// # Errors

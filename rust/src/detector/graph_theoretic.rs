@@ -36,19 +36,19 @@ impl GraphTheoretic {
     }
 
     fn statistic(&mut self) -> f64 {
-        let rows = self.window.rows();
-        self.edges.clear();
-        self.edges.resize(rows.len(), (0.0, 0.0));
+        let Self { window, edges, .. } = self;
+        edges.clear();
+        edges.resize(window.rows().count(), (0.0, 0.0));
         let mut total = 0.0;
-        for (i, first) in rows.iter().enumerate() {
-            for (l, second) in rows.iter().enumerate().skip(i + 1) {
+        for (i, first) in window.rows().enumerate() {
+            for (l, second) in window.rows().enumerate().skip(i + 1) {
                 let edge = (Vector3::from(*first) - Vector3::from(*second)).norm();
-                self.edges[l].0 += edge;
-                self.edges[i].1 += edge;
+                edges[l].0 += edge;
+                edges[i].1 += edge;
                 total += edge;
             }
         }
-        greatest_contrast(&self.edges, total)
+        greatest_contrast(edges, total)
     }
 }
 

@@ -1,14 +1,14 @@
 //! Sums over a sliding window that is centred on the sample in question.
 
-use std::collections::VecDeque;
-
 /// The sums of `N` features over the last samples.
 ///
 /// The sums are kept incrementally and taken afresh once per window length, so that rounding errors cannot pile up.
 #[derive(Clone, Debug)]
 pub(super) struct Window<const N: usize> {
     length: usize,
-    rows: VecDeque<[f64; N]>,
+    /// A ring: the newest row is the one before `next`, the oldest is at `next` once the window is full.
+    rows: Vec<[f64; N]>,
+    next: usize,
     sums: [f64; N],
     seen: u64,
     answered: u64,
@@ -26,7 +26,7 @@ impl<const N: usize> Window<N> {
     /// A window of about `seconds`, of an odd number of samples and of three at least.
     pub(super) fn new(seconds: f64, rate_hz: f64) -> Self {
         let length = 2 * samples(0.5 * (seconds * rate_hz - 1.0)).max(1) + 1;
-        Self { length, rows: VecDeque::with_capacity(length), sums: [0.0; N], seen: 0, answered: 0 }
+        Self { length, rows: Vec::with_capacity(length), next: 0, sums: [0.0; N], seen: 0, answered: 0 }
     }
 
     /// Samples on each side of the centre.
@@ -39,20 +39,18 @@ impl<const N: usize> Window<N> {
         number(self.length)
     }
 
-    /// The rows, the oldest first.
-    pub(super) fn rows(&self) -> &VecDeque<[f64; N]> {
-        &self.rows
+    /// The rows of a full window, the oldest first.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &[f64; N]> + Clone {
+        self.rows[self.next..].iter().chain(&self.rows[..self.next])
     }
 
     /// Takes the next row; answers once there is a sample half a window before it.
     pub(super) fn push(&mut self, row: [f64; N]) -> Option<Centred<'_, N>> {
-        let leaving = if self.rows.len() == self.length { self.rows.pop_front() } else { None };
-        self.rows.push_back(row);
+        let leaving = self.put(row);
         self.seen += 1;
-        if self.seen.is_multiple_of(self.length as u64) {
+        if self.next == 0 {
             self.sums = self.rows.iter().fold([0.0; N], add);
         } else {
-            let leaving = leaving.unwrap_or([0.0; N]);
             for ((sum, new), old) in self.sums.iter_mut().zip(row).zip(leaving) {
                 *sum += new - old;
             }
@@ -61,10 +59,23 @@ impl<const N: usize> Window<N> {
             return None;
         }
         self.answered += 1;
-        Some(match self.rows.get(self.half()) {
+        let centre = self.next + self.half();
+        let centre = if centre < self.length { centre } else { centre - self.length };
+        Some(match self.rows.get(centre) {
             Some(centre) if self.rows.len() == self.length => Centred::Full { sums: &self.sums, centre },
             _ => Centred::Filling,
         })
+    }
+
+    /// Puts a row into the ring and returns the one that leaves; zeros while the ring fills up.
+    fn put(&mut self, row: [f64; N]) -> [f64; N] {
+        let at = self.next;
+        self.next = if at + 1 == self.length { 0 } else { at + 1 };
+        if let Some(oldest) = self.rows.get_mut(at) {
+            return std::mem::replace(oldest, row);
+        }
+        self.rows.push(row);
+        [0.0; N]
     }
 
     /// After the end of the data: whether one more sample without a full window waits for its answer.
@@ -76,6 +87,7 @@ impl<const N: usize> Window<N> {
 
     pub(super) fn reset(&mut self) {
         self.rows.clear();
+        self.next = 0;
         self.sums = [0.0; N];
         self.seen = 0;
         self.answered = 0;

@@ -11,28 +11,21 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+use super::kernel::{self, Rows, Shears, Upper, WhiteGain, at};
 use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
-
-/// Number of blocks on and above the diagonal.
-const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance {
-    upper: [Matrix3<f64>; UPPER],
-}
-
-/// Where the block (i, j), i <= j, is kept.
-const fn at(i: usize, j: usize) -> usize {
-    i * (2 * BLOCKS - 1 - i) / 2 + j
+    upper: Upper,
 }
 
 impl Covariance {
     /// No uncertainty at all.
     #[must_use]
     pub fn zero() -> Self {
-        Self { upper: [Matrix3::zeros(); UPPER] }
+        Self { upper: Upper::default() }
     }
 
     /// The covariance between two blocks of states.
@@ -46,7 +39,7 @@ impl Covariance {
     #[must_use]
     #[inline]
     pub fn diagonal(&self, block: Block) -> Vector3<f64> {
-        self.upper[at(block.index(), block.index())].diagonal()
+        Vector3::from(self.upper[at(block.index(), block.index())].diagonal())
     }
 
     /// The whole matrix.
@@ -70,17 +63,13 @@ impl Covariance {
     /// Adds independent variances to the states of a block.
     #[inline]
     pub fn add_diagonal(&mut self, block: Block, variances: &Vector3<f64>) {
-        let diagonal = &mut self.upper[at(block.index(), block.index())];
-        for k in 0..3 {
-            diagonal[(k, k)] += variances[k];
-        }
+        self.upper[at(block.index(), block.index())].add_diagonal((*variances).into());
     }
 
     /// Observes the three states of `block` directly, with the same `variance` on each axis.
     ///
     /// Returns the outcome and, when the innovation passed the `gate`, the observation.  An innovation covariance that is not positive is answered by a rejection at an
     /// infinite distance.
-    #[inline]
     pub fn observe(
         &mut self,
         block: Block,
@@ -88,9 +77,24 @@ impl Covariance {
         variance: f64,
         gate: f64,
     ) -> (Update, Option<Observation>) {
+        let mut used = None;
+        let update = self.observe_with(block, innovation, variance, gate, |observation| used = Some(*observation));
+        (update, used)
+    }
+
+    /// As [`Covariance::observe`], but the observation, which is large, is only shown to `learn`.
+    #[inline]
+    pub(super) fn observe_with(
+        &mut self,
+        block: Block,
+        innovation: &Vector3<f64>,
+        variance: f64,
+        gate: f64,
+        learn: impl FnOnce(&Observation),
+    ) -> Update {
         let b = block.index();
         let innovation_covariance = self.get(b, b) + Matrix3::from_diagonal_element(variance);
-        self.observe_white(block, inverse_cholesky_factor(&innovation_covariance), innovation, gate)
+        self.observe_white(block, inverse_cholesky_factor(&innovation_covariance), innovation, gate, learn)
     }
 
     /// Observes one state of `block`, that of an axis.  As [`Covariance::observe`].
@@ -110,7 +114,9 @@ impl Covariance {
         });
         let mut along_axis = Vector3::zeros();
         along_axis[axis] = innovation;
-        self.observe_white(block, whitener, &along_axis, gate)
+        let mut used = None;
+        let update = self.observe_white(block, whitener, &along_axis, gate, |observation| used = Some(*observation));
+        (update, used)
     }
 
     /// Observes a block with the inverse factor of its innovation covariance.
@@ -121,30 +127,27 @@ impl Covariance {
         whitener: Option<Matrix3<f64>>,
         innovation: &Vector3<f64>,
         gate: f64,
-    ) -> (Update, Option<Observation>) {
+        learn: impl FnOnce(&Observation),
+    ) -> Update {
         let Some(whitener) = whitener else {
-            return (Update { distance: f64::INFINITY, accepted: false }, None);
+            return Update { distance: f64::INFINITY, accepted: false };
         };
         let white_innovation = whitener * innovation;
         let distance = white_innovation.norm_squared();
         if distance.is_nan() || distance > gate {
-            return (Update { distance, accepted: false }, None);
+            return Update { distance, accepted: false };
         }
-        let b = block.index();
-        let white_gain: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.get(k, b) * whitener.transpose());
-        for i in 0..BLOCKS {
-            for j in i..BLOCKS {
-                self.upper[at(i, j)] -= white_gain[i] * white_gain[j].transpose();
-            }
-        }
-        (Update { distance, accepted: true }, Some(Observation { block, white_gain, whitener, white_innovation }))
+        let mut observation = Observation { block, white_gain: WhiteGain::default(), whitener, white_innovation };
+        kernel::reduce(&mut self.upper, block.index(), &whitener, &mut observation.white_gain);
+        learn(&observation);
+        Update { distance, accepted: true }
     }
 
     /// The states of `block` are forgotten: independent of all others, with the same `variance` on each axis.
     pub fn replace(&mut self, block: Block, variance: f64) {
         let b = block.index();
         for k in 0..BLOCKS {
-            self.upper[if k <= b { at(k, b) } else { at(b, k) }] = Matrix3::zeros();
+            self.upper[at(k.min(b), k.max(b))] = Rows::default();
         }
         self.add_variance(block, variance);
     }
@@ -169,7 +172,7 @@ impl Covariance {
             self.add(k, b, &-column[k]);
         }
         let change = 0.5 * own - column[b];
-        self.upper[at(b, b)] += change + change.transpose();
+        self.add_own(b, &(change + change.transpose()));
     }
 
     /// Diagonal of the block of `block` in P - P Λ P: the variances once the `information` Λ that came later is used too.
@@ -188,22 +191,40 @@ impl Covariance {
     /// The first state whose variance is not positive and finite, with that variance.
     #[inline]
     pub(crate) fn first_not_positive(&self) -> Option<(&'static str, f64)> {
-        let bad = |variance: &&f64| !(**variance > 0.0 && variance.is_finite());
+        let all_good = |block| self.diagonal(block).iter().fold(true, |all, &variance| all & is_positive(variance));
+        if Block::ALL.into_iter().fold(true, |all, block| all & all_good(block)) {
+            None
+        } else {
+            self.find_not_positive()
+        }
+    }
+
+    #[cold]
+    fn find_not_positive(&self) -> Option<(&'static str, f64)> {
         Block::ALL.into_iter().find_map(|block| {
             let diagonal = self.diagonal(block);
-            diagonal.iter().find(bad).map(|&variance| (block.name(), variance))
+            diagonal.iter().find(|&&variance| !is_positive(variance)).map(|&variance| (block.name(), variance))
         })
     }
 
     #[inline]
     fn get(&self, i: usize, j: usize) -> Matrix3<f64> {
-        if i <= j { self.upper[at(i, j)] } else { self.upper[at(j, i)].transpose() }
+        if i <= j { Matrix3::from(&self.upper[at(i, j)]) } else { Matrix3::from(&self.upper[at(j, i)].transpose()) }
     }
 
     /// Adds to the block (i, j), i ≠ j, and so to (j, i).
     #[inline]
     fn add(&mut self, i: usize, j: usize, gain: &Matrix3<f64>) {
-        if i < j { self.upper[at(i, j)] += gain } else { self.upper[at(j, i)] += gain.transpose() }
+        let upper = if i < j { *gain } else { gain.transpose() };
+        let block = &mut self.upper[at(i.min(j), i.max(j))];
+        *block = Rows::from(&(Matrix3::from(&*block) + upper));
+    }
+
+    /// Adds the symmetric `gain` to the block (i, i).
+    #[inline]
+    fn add_own(&mut self, i: usize, gain: &Matrix3<f64>) {
+        let block = &mut self.upper[at(i, i)];
+        *block = Rows::from(&(Matrix3::from(&*block) + gain));
     }
 }
 
@@ -213,7 +234,7 @@ impl Linear for Covariance {
     fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
         let (t, s) = (target.index(), source.index());
         let half = (self.get(t, s) + 0.5 * m * self.get(s, s)) * m.transpose();
-        self.upper[at(t, t)] += half + half.transpose();
+        self.add_own(t, &(half + half.transpose()));
         for k in (0..BLOCKS).filter(|&k| k != t) {
             let gain = m * self.get(s, k);
             self.add(t, k, &gain);
@@ -224,7 +245,7 @@ impl Linear for Covariance {
     fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
         let (t, s) = (target.index(), source.index());
         let half = scale * (self.get(t, s) + 0.5 * scale * self.get(s, s));
-        self.upper[at(t, t)] += half + half.transpose();
+        self.add_own(t, &(half + half.transpose()));
         for k in (0..BLOCKS).filter(|&k| k != t) {
             let gain = scale * self.get(s, k);
             self.add(t, k, &gain);
@@ -235,28 +256,36 @@ impl Linear for Covariance {
     fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
         let b = block.index();
         let own = m * self.get(b, b) * m.transpose();
-        self.upper[at(b, b)] = 0.5 * (own + own.transpose());
+        self.upper[at(b, b)] = Rows::from(&(0.5 * (own + own.transpose())));
         for k in (0..BLOCKS).filter(|&k| k != b) {
             let gain = m * self.get(b, k) - self.get(b, k);
             self.add(b, k, &gain);
         }
     }
+
+    #[inline]
+    fn move_on(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
+        kernel::predict(&mut self.upper, &Shears { half, tilt: tilt.into(), bias: bias.into() });
+    }
 }
 
-/// L⁻¹ of a positive matrix L Lᵀ; none if it is not positive.
+#[inline]
+fn is_positive(variance: f64) -> bool {
+    variance > 0.0 && variance < f64::INFINITY
+}
+
+/// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that the square roots wait for no one; none if it is not positive.
 #[inline]
 fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
-    let positive = |x: f64| (x > 0.0 && x.is_finite()).then(|| x.sqrt());
-    let l00 = positive(s[(0, 0)])?;
-    let (l10, l20) = (s[(1, 0)] / l00, s[(2, 0)] / l00);
-    let l11 = positive(s[(1, 1)] - l10 * l10)?;
-    let l21 = (s[(2, 1)] - l20 * l10) / l11;
-    let l22 = positive(s[(2, 2)] - l20 * l20 - l21 * l21)?;
-    let (i00, i11, i22) = (1.0 / l00, 1.0 / l11, 1.0 / l22);
-    let i10 = -l10 * i00 * i11;
-    let i21 = -l21 * i11 * i22;
-    let i20 = -(l20 * i00 + l21 * i10) * i22;
-    Some(Matrix3::new(i00, 0.0, 0.0, i10, i11, 0.0, i20, i21, i22))
+    let inverse = |x: f64| (x > 0.0 && x.is_finite()).then(|| 1.0 / x);
+    let d0 = inverse(s.m11)?;
+    let (l10, l20) = (s.m21 * d0, s.m31 * d0);
+    let d1 = inverse(s.m22 - l10 * s.m21)?;
+    let rest = s.m32 - l20 * s.m21;
+    let l21 = rest * d1;
+    let d2 = inverse(s.m33 - l20 * s.m31 - l21 * rest)?;
+    let (w0, w1, w2) = (d0.sqrt(), d1.sqrt(), d2.sqrt());
+    Some(Matrix3::new(w0, 0.0, 0.0, -l10 * w1, w1, 0.0, (l21 * l10 - l20) * w2, -l21 * w2, w2))
 }
 
 #[cfg(test)]
@@ -284,7 +313,7 @@ mod tests {
             let mut covariance = Covariance::zero();
             for i in 0..BLOCKS {
                 for j in i..BLOCKS {
-                    covariance.upper[at(i, j)] = dense.fixed_view::<3, 3>(3 * i, 3 * j).into_owned();
+                    covariance.upper[at(i, j)] = Rows::from(&dense.fixed_view::<3, 3>(3 * i, 3 * j).into_owned());
                 }
             }
             (covariance, dense)

@@ -6,6 +6,7 @@
 use nalgebra::{Matrix3, Matrix3x4, Vector3};
 
 use super::covariance::Covariance;
+use super::kernel::WhiteGain;
 use super::states::{BLOCKS, Block, ErrorStates};
 
 /// Outcome of an observation.
@@ -21,7 +22,7 @@ pub struct Update {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
     pub(super) block: Block,
-    pub(super) white_gain: [Matrix3<f64>; BLOCKS],
+    pub(super) white_gain: WhiteGain,
     pub(super) whitener: Matrix3<f64>,
     pub(super) white_innovation: Vector3<f64>,
 }
@@ -31,30 +32,30 @@ impl Observation {
     #[must_use]
     #[inline]
     pub fn errors(&self) -> ErrorStates {
-        ErrorStates(self.white_gain.map(|gain| gain * self.white_innovation))
+        ErrorStates(self.white_gain.errors(&self.white_innovation))
     }
 
     /// Columns of error states after the observation: (I - K H) X.
     #[inline]
     pub(super) fn reduce(&self, columns: &mut [Matrix3x4<f64>; BLOCKS]) {
         let white = self.whitener * columns[self.block.index()];
-        for (gain, rows) in self.white_gain.iter().zip(columns) {
-            *rows -= gain * white;
+        for (k, rows) in columns.iter_mut().enumerate() {
+            *rows -= self.white_gain.block(k) * white;
         }
     }
 
     /// Carries the costate of the errors λ from after the observation to before it: (I - K H)ᵀ λ - Hᵀ S⁻¹ y.
     pub fn costate_before(&self, costate: &mut ErrorStates) {
         let mut white = self.white_innovation;
-        for (gain, part) in self.white_gain.iter().zip(&costate.0) {
-            white += gain.transpose() * part;
+        for (k, part) in costate.0.iter().enumerate() {
+            white += self.white_gain.block(k).transpose() * part;
         }
         *costate.block_mut(self.block) -= self.whitener.transpose() * white;
     }
 
     /// Carries the information Λ of what is still to come from after the observation to before it: (I - K H)ᵀ Λ (I - K H) + Hᵀ S⁻¹ H.
     pub fn information_before(&self, information: &mut Covariance) {
-        let gain = self.white_gain.map(|gain| gain * self.whitener);
+        let gain: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.white_gain.block(k) * self.whitener);
         let seen = information.times(&gain);
         let mut own = self.whitener.transpose() * self.whitener;
         for (gain, seen) in gain.iter().zip(&seen) {

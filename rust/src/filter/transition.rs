@@ -29,11 +29,7 @@ impl Transition {
     /// `x` becomes F x; a covariance becomes F P Fᵀ.
     #[inline]
     pub fn apply(&self, x: &mut impl Linear) {
-        x.add_scaled(Block::Position, Block::Velocity, 0.5 * self.dt);
-        x.add_transformed(Block::Velocity, Block::Attitude, &self.tilt());
-        x.add_transformed(Block::Velocity, Block::AccelBias, &self.bias());
-        x.add_scaled(Block::Position, Block::Velocity, 0.5 * self.dt);
-        x.add_transformed(Block::Attitude, Block::GyroBias, &self.bias());
+        x.move_on(0.5 * self.dt, &self.tilt(), &self.bias());
         if let Some((velocity, attitude)) = self.turn() {
             x.transform(Block::Velocity, &velocity);
             x.transform(Block::Attitude, &attitude);

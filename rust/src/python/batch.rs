@@ -8,15 +8,16 @@ use crate::batch::Batch;
 use crate::config::Config;
 use crate::detector::{Detector, Given};
 use crate::python::detector::{Failure, PyDetector};
+use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
 use crate::python::{DataError, from_json, rows};
 
 /// A recording on its way through the core; `footnav.track` dresses its columns as a trajectory.
-#[pyclass(name = "Batch", module = "footnav._core")]
+#[pyclass(frozen, name = "Batch", module = "footnav._core")]
 pub(super) struct PyBatch {
     /// Absent once it was finished.
-    inner: Option<Batch>,
+    inner: Exclusive<Option<Batch>>,
     /// What a detector of the user's raised; absent with one of the core's.
     failure: Option<Failure>,
     /// Whether the strides are asked for.
@@ -46,26 +47,27 @@ impl PyBatch {
             (None, Some(decisions)) => (with(Box::new(Given::new(decisions)))?, None),
             (None, None) => (Batch::new(config, rate_hz)?, None),
         };
-        Ok(Self { inner: Some(inner), failure, strides })
+        Ok(Self { inner: Exclusive::new(Some(inner)), failure, strides })
     }
 
     fn push_block(
-        &mut self,
+        &self,
         py: Python<'_>,
         t: PyReadonlyArray1<'_, f64>,
         accel: PyReadonlyArray2<'_, f64>,
         gyro: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<()> {
         let samples = rows(&(t, accel, gyro))?;
-        let batch = self.inner.as_mut().ok_or_else(finished)?;
+        let mut inner = self.inner.lock()?;
+        let batch = (**inner).as_mut().ok_or_else(finished)?;
         let pushed = py.detach(|| batch.push_block(&samples));
         self.check(py)?;
         Ok(pushed?)
     }
 
     /// Columns of the track, fields of its health, and columns of its strides if the settings ask for them.
-    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Finished<'py>> {
-        let batch = self.inner.take().ok_or_else(finished)?;
+    fn finish<'py>(&self, py: Python<'py>) -> PyResult<Finished<'py>> {
+        let batch = self.inner.lock()?.take().ok_or_else(finished)?;
         let track = py.detach(|| batch.finish());
         self.check(py)?;
         let (trajectory, health, strides) = track?;

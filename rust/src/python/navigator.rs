@@ -10,6 +10,7 @@ use crate::filter::states::STATES;
 use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
 use crate::python::detector::{Failure, PyDetector};
+use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::{from_json, matrix, rows};
 use crate::sample::ImuSample;
@@ -17,9 +18,9 @@ use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
 
 /// The core's navigator; `footnav.Navigator` dresses its columns as Python objects.
-#[pyclass(subclass, name = "Navigator", module = "footnav._core")]
+#[pyclass(frozen, subclass, name = "Navigator", module = "footnav._core")]
 pub(super) struct PyNavigator {
-    inner: Navigator,
+    inner: Exclusive<Navigator>,
     /// What a detector of the user's raised; absent with one of the core's.
     failure: Option<Failure>,
 }
@@ -31,25 +32,25 @@ impl PyNavigator {
     fn new(config: &[u8], rate_hz: f64, detector: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let config: Config = from_json(config)?;
         let Some(object) = detector else {
-            return Ok(Self { inner: Navigator::new(config, rate_hz)?, failure: None });
+            return Ok(Self { inner: Exclusive::new(Navigator::new(config, rate_hz)?), failure: None });
         };
         let (detector, failure) = PyDetector::new(object)?;
         let inner = Navigator::with_detector(config, rate_hz, Box::new(detector))?;
-        Ok(Self { inner, failure: Some(failure) })
+        Ok(Self { inner: Exclusive::new(inner), failure: Some(failure) })
     }
 
     #[expect(clippy::too_many_arguments, reason = "floats are the cheapest thing to hand over from Python")]
-    fn push(&mut self, py: Python<'_>, t: f64, ax: f64, ay: f64, az: f64, gx: f64, gy: f64, gz: f64) -> PyResult<bool> {
+    fn push(&self, py: Python<'_>, t: f64, ax: f64, ay: f64, az: f64, gx: f64, gy: f64, gz: f64) -> PyResult<bool> {
         self.check(py)?;
         let sample = ImuSample::new(t, [ax, ay, az], [gx, gy, gz]);
-        let solution = self.inner.push(&sample);
+        let is_new = self.inner.lock()?.advance(&sample);
         self.check(py)?;
-        Ok(solution?.is_some())
+        Ok(is_new?)
     }
 
     #[pyo3(name = "_push_columns")]
     fn push_columns<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         t: PyReadonlyArray1<'py, f64>,
         accel: PyReadonlyArray2<'py, f64>,
@@ -57,82 +58,86 @@ impl PyNavigator {
     ) -> PyResult<Bound<'py, PyDict>> {
         self.check(py)?;
         let samples = rows(&(t, accel, gyro))?;
-        let solutions = py.detach(|| self.inner.push_block(&samples));
+        let navigator = &mut **self.inner.lock()?;
+        let solutions = py.detach(|| navigator.push_block(&samples));
         self.check(py)?;
         columns(py, solutions?)
     }
 
     #[pyo3(name = "_flush_columns")]
-    fn flush_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn flush_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.check(py)?;
-        columns(py, py.detach(|| self.inner.flush())?)
+        let navigator = &mut **self.inner.lock()?;
+        columns(py, py.detach(|| navigator.flush())?)
     }
 
     #[pyo3(name = "_stride_columns")]
-    fn stride_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        columns_with_covariance(py, &self.inner.strides()?)
+    fn stride_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns_with_covariance(py, &self.inner.lock()?.strides()?)
     }
 
-    fn reset(&mut self, py: Python<'_>) -> PyResult<()> {
-        self.inner.reset();
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        self.inner.lock()?.reset();
         self.check(py)
     }
 
     #[pyo3(name = "_state_now")]
     fn state_now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let state = self.inner.now().map_err(Error::from)?;
+        let state = self.inner.lock()?.now().map_err(Error::from)?;
         state.map(|state| state_columns(py, &state)).transpose()
     }
 
     #[pyo3(name = "_health_fields")]
     fn health_fields<'py>(&self, py: Python<'py>, of_walk: bool) -> PyResult<Bound<'py, PyDict>> {
-        let health = if of_walk { self.inner.health_of_walk() } else { self.inner.health() };
+        let navigator = self.inner.lock()?;
+        let health = if of_walk { navigator.health_of_walk() } else { navigator.health() };
         health_fields(py, &health)
     }
 
     #[getter]
-    fn latency(&self) -> usize {
-        self.inner.latency()
+    fn latency(&self) -> PyResult<usize> {
+        Ok(self.inner.lock()?.latency())
     }
 
     #[getter]
-    fn t(&self) -> Option<f64> {
-        self.latest().map(|solution| solution.estimate.nav.time)
+    fn t(&self) -> PyResult<Option<f64>> {
+        self.of_latest(|solution| solution.estimate.nav.time)
     }
 
     #[getter]
-    fn position<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.nav.position.as_slice()))
+    fn position<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.nav.position.as_slice()))
     }
 
     #[getter]
-    fn velocity<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.nav.velocity.as_slice()))
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.nav.velocity.as_slice()))
     }
 
     #[getter]
-    fn quaternion<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.nav.attitude.coords.as_slice()))
+    fn quaternion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.nav.attitude.coords.as_slice()))
     }
 
     #[getter]
-    fn gyro_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.gyro_bias.as_slice()))
+    fn gyro_bias<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.gyro_bias.as_slice()))
     }
 
     #[getter]
-    fn accel_bias<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.latest().map(|solution| PyArray1::from_slice(py, solution.estimate.accel_bias.as_slice()))
+    fn accel_bias<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.accel_bias.as_slice()))
     }
 
     #[getter]
-    fn zero_velocity(&self) -> Option<bool> {
-        self.latest().map(|solution| solution.zero_velocity)
+    fn zero_velocity(&self) -> PyResult<Option<bool>> {
+        self.of_latest(|solution| solution.zero_velocity)
     }
 
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let Some(covariance) = self.inner.covariance() else { return Ok(None) };
+        let navigator = self.inner.lock()?;
+        let Some(covariance) = navigator.covariance() else { return Ok(None) };
         let dense: Vec<[f64; STATES]> = covariance.dense().row_iter().map(|row| row.transpose().into()).collect();
         matrix(py, dense).map(Some)
     }
@@ -144,8 +149,9 @@ impl PyNavigator {
         self.failure.as_ref().map_or(Ok(()), |failure| failure.check(py))
     }
 
-    fn latest(&self) -> Option<&Solution> {
-        self.inner.latest()
+    /// Something of the newest solution.
+    fn of_latest<T>(&self, something: impl FnOnce(&Solution) -> T) -> PyResult<Option<T>> {
+        Ok(self.inner.lock()?.latest().map(something))
     }
 }
 

@@ -26,7 +26,7 @@ impl Smoother {
     pub(crate) fn stepwise(delay: usize) -> Self {
         Self {
             delay: Some(delay),
-            open: Segment::default(),
+            open: Segment::with_capacity(delay + 1),
             smoothed: VecDeque::with_capacity(delay + 1),
             in_stance: false,
         }

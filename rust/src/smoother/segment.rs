@@ -55,6 +55,15 @@ impl Journal for Segment {
 }
 
 impl Segment {
+    /// With room for the solutions of a step, each with a transition and two observations.
+    pub(crate) fn with_capacity(solutions: usize) -> Self {
+        Self {
+            rows: Vec::with_capacity(solutions),
+            steps: Vec::with_capacity(3 * solutions),
+            observations: Vec::with_capacity(2 * solutions),
+        }
+    }
+
     /// Appends the solution that the steps since the last one led to.
     pub(crate) fn push(&mut self, solution: &Solution, covariance: &Covariance) {
         self.rows.push(Row { solution: *solution, covariance: covariance.clone(), steps: self.steps.len() });

@@ -1,0 +1,359 @@
+//! The hot kernel: how the covariance is kept, its prediction and its reduction by an observation.
+//!
+//! Each of the 15 blocks on and above the diagonal is three rows of four numbers, the last of which is zero: a row is one vector of a processor with AVX.  All products of blocks are of one kind,
+//! `C + A B`: numbers of A, read from memory, times rows of B.
+//!
+//! Everything here is inlined by force into the two functions that [`super::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
+//!
+//! The prediction applies the five shears of [`super::transition`] in one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction `P - Vᵀ V`.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::lanes::{Lanes, Work, dispatch};
+use super::states::BLOCKS;
+
+/// Number of blocks on and above the diagonal.
+const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
+
+/// A symmetric matrix of 15x15, by its upper blocks.
+pub(super) type Upper = [Rows; UPPER];
+
+/// Where the block (i, j), i <= j, is kept.
+pub(super) const fn at(i: usize, j: usize) -> usize {
+    i * (2 * BLOCKS - 1 - i) / 2 + j
+}
+
+/// A 3x3 block: three rows of three numbers and a zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(super) struct Rows([[f64; 4]; 3]);
+
+impl From<&Matrix3<f64>> for Rows {
+    #[inline(always)]
+    fn from(m: &Matrix3<f64>) -> Self {
+        Self([[m.m11, m.m12, m.m13, 0.0], [m.m21, m.m22, m.m23, 0.0], [m.m31, m.m32, m.m33, 0.0]])
+    }
+}
+
+impl From<&Rows> for Matrix3<f64> {
+    #[inline]
+    fn from(Rows([a, b, c]): &Rows) -> Self {
+        Self::new(a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2])
+    }
+}
+
+impl Rows {
+    /// The numbers on the diagonal.
+    #[inline(always)]
+    pub(super) fn diagonal(&self) -> [f64; 3] {
+        [self.0[0][0], self.0[1][1], self.0[2][2]]
+    }
+
+    /// Adds to the diagonal.
+    #[inline(always)]
+    pub(super) fn add_diagonal(&mut self, values: [f64; 3]) {
+        for (k, value) in values.into_iter().enumerate() {
+            self.0[k][k] += value;
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn transpose(&self) -> Self {
+        let [a, b, c] = &self.0;
+        Self([0, 1, 2].map(|k| [a[k], b[k], c[k], 0.0]))
+    }
+}
+
+/// A 3x3 block that is being worked on.
+#[derive(Clone, Copy)]
+struct Loaded<L>([L; 3]);
+
+impl<L: Lanes> Loaded<L> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::from(&Rows::default())
+    }
+
+    #[inline(always)]
+    fn from(Rows([a, b, c]): &Rows) -> Self {
+        Self([L::load(a), L::load(b), L::load(c)])
+    }
+
+    #[inline(always)]
+    fn store(self, rows: &mut Rows) {
+        let Rows([a, b, c]) = rows;
+        self.0[0].store(a);
+        self.0[1].store(b);
+        self.0[2].store(c);
+    }
+
+    #[inline(always)]
+    fn stored(self) -> Rows {
+        let mut rows = Rows::default();
+        self.store(&mut rows);
+        rows
+    }
+
+    #[inline(always)]
+    fn transpose(self) -> Self {
+        Self(L::transpose(self.0))
+    }
+
+    /// `self + factor * other`.
+    #[inline(always)]
+    fn plus(self, factor: f64, other: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a.plus(factor, x), b.plus(factor, y), c.plus(factor, z)])
+    }
+
+    /// `self + (half + halfᵀ)`, in this order, which keeps a symmetric block symmetric to the bit.
+    #[inline(always)]
+    fn plus_both(self, half: Self) -> Self {
+        self.plus(1.0, half.plus(1.0, half.transpose()))
+    }
+
+    /// `self + left right`.
+    #[inline(always)]
+    fn plus_product(self, Rows(left): &Rows, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        let [i, j, k] = left;
+        Self([
+            a.plus(i[0], x).plus(i[1], y).plus(i[2], z),
+            b.plus(j[0], x).plus(j[1], y).plus(j[2], z),
+            c.plus(k[0], x).plus(k[1], y).plus(k[2], z),
+        ])
+    }
+
+    /// `self - leftᵀ right`.
+    #[inline(always)]
+    fn minus_transposed_product(self, Rows([i, j, k]): &Rows, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([
+            a.plus(-i[0], x).plus(-j[0], y).plus(-k[0], z),
+            b.plus(-i[1], x).plus(-j[1], y).plus(-k[1], z),
+            c.plus(-i[2], x).plus(-j[2], y).plus(-k[2], z),
+        ])
+    }
+}
+
+#[inline(always)]
+fn load<L: Lanes>(rows: &Rows) -> Loaded<L> {
+    Loaded::from(rows)
+}
+
+/// The shears of one transition: half the interval, what a tilt and what a bias turn into velocity.
+pub(super) struct Shears {
+    pub(super) half: f64,
+    pub(super) tilt: Rows,
+    pub(super) bias: Rows,
+}
+
+/// P becomes F P Fᵀ.
+#[inline]
+pub(super) fn predict(p: &mut Upper, shears: &Shears) {
+    dispatch(Prediction { p, shears });
+}
+
+struct Prediction<'a> {
+    p: &'a mut Upper,
+    shears: &'a Shears,
+}
+
+impl Work for Prediction<'_> {
+    /// Letters are blocks: position, velocity, attitude, gyroscope bias and accelerometer bias are `p v a w f`.
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Shears { half, tilt, bias } = self.shears;
+        let (half, tilt_transposed, bias_transposed) =
+            (*half, load::<L>(tilt).transpose(), load::<L>(bias).transpose());
+        let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = self.p;
+
+        load::<L>(pa).plus(half, load(va)).store(pa);
+        load::<L>(pw).plus(half, load(vw)).store(pw);
+        load::<L>(pf).plus(half, load(vf)).store(pf);
+        let first = load::<L>(pv).plus(0.5 * half, load(vv));
+        let between = load::<L>(pv).plus(half, load(vv));
+        let between = between.plus_product(pa, tilt_transposed).plus_product(pf, bias_transposed);
+
+        let to_a = Loaded::<L>::zero().plus_product(tilt, load(aa)).plus_product(bias, load(af).transpose());
+        let to_f = Loaded::<L>::zero().plus_product(tilt, load(af)).plus_product(bias, load(ff));
+        let own = Loaded::<L>::zero()
+            .plus_product(&load::<L>(va).plus(0.5, to_a).stored(), tilt_transposed)
+            .plus_product(&load::<L>(vf).plus(0.5, to_f).stored(), bias_transposed);
+        load::<L>(vv).plus_both(own).store(vv);
+        load::<L>(va).plus(1.0, to_a).store(va);
+        load::<L>(vf).plus(1.0, to_f).store(vf);
+        load::<L>(vw).plus_product(tilt, load(aw)).plus_product(bias, load(wf).transpose()).store(vw);
+
+        let second = between.plus(0.5 * half, load(vv));
+        load::<L>(pp).plus_both(Loaded::<L>::zero().plus(half, first).plus(half, second)).store(pp);
+        between.plus(half, load(vv)).store(pv);
+        load::<L>(pa).plus(half, load(va)).store(pa);
+        load::<L>(pw).plus(half, load(vw)).store(pw);
+        load::<L>(pf).plus(half, load(vf)).store(pf);
+
+        load::<L>(pa).plus_product(pw, bias_transposed).store(pa);
+        load::<L>(va).plus_product(vw, bias_transposed).store(va);
+        let to_w = Loaded::<L>::zero().plus_product(bias, load(ww));
+        let own = Loaded::<L>::zero().plus_product(&load::<L>(aw).plus(0.5, to_w).stored(), bias_transposed);
+        load::<L>(aa).plus_both(own).store(aa);
+        load::<L>(aw).plus(1.0, to_w).store(aw);
+        load::<L>(af).plus_product(bias, load(wf)).store(af);
+    }
+}
+
+/// What an observation of one block changes: `V = L⁻¹ P_b`, a row of blocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct WhiteGain([Rows; BLOCKS]);
+
+impl WhiteGain {
+    /// A block of Vᵀ, the white gain W of the observation.
+    pub(super) fn block(&self, index: usize) -> Matrix3<f64> {
+        Matrix3::from(&self.0[index].transpose())
+    }
+
+    /// W y: the errors that a whitened innovation tells of.
+    #[inline]
+    pub(super) fn errors(&self, y: &Vector3<f64>) -> [Vector3<f64>; BLOCKS] {
+        let mut errors = [Vector3::zeros(); BLOCKS];
+        for (errors, Rows([i, j, k])) in errors.iter_mut().zip(&self.0) {
+            for n in 0..3 {
+                errors[n] = i[n] * y.x + j[n] * y.y + k[n] * y.z;
+            }
+        }
+        errors
+    }
+}
+
+/// P becomes P - Vᵀ V, where the whitener is L⁻¹ and b the observed block; V is left in `gain`.
+#[inline]
+pub(super) fn reduce(p: &mut Upper, b: usize, whitener: &Matrix3<f64>, gain: &mut WhiteGain) {
+    dispatch(Reduction { p, b, whitener: &whitener.into(), gain });
+}
+
+struct Reduction<'a> {
+    p: &'a mut Upper,
+    b: usize,
+    whitener: &'a Rows,
+    gain: &'a mut WhiteGain,
+}
+
+impl Work for Reduction<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { p, b, whitener, gain: WhiteGain(gain) } = self;
+        for (k, block) in gain.iter_mut().enumerate() {
+            let own = if b <= k { load::<L>(&p[at(b, k)]) } else { load(&p[at(k, b)]).transpose() };
+            Loaded::<L>::zero().plus_product(whitener, own).store(block);
+        }
+        let mut upper = p.iter_mut();
+        for (i, left) in gain.iter().enumerate() {
+            for (right, block) in gain[i..].iter().zip(&mut upper) {
+                load::<L>(block).minus_transposed_product(left, load(right)).store(block);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::SMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filter::lanes::Baseline;
+    use crate::filter::states::{Block, STATES};
+
+    type Dense = SMatrix<f64, STATES, STATES>;
+
+    const BLOCK: usize = 3;
+    const POSITION: usize = Block::Position.index();
+    const VELOCITY: usize = Block::Velocity.index();
+    const ATTITUDE: usize = Block::Attitude.index();
+    const GYRO_BIAS: usize = Block::GyroBias.index();
+    const ACCEL_BIAS: usize = Block::AccelBias.index();
+
+    fn matrices() -> impl Strategy<Value = Matrix3<f64>> {
+        prop::collection::vec(-2.0..2.0, BLOCK * BLOCK).prop_map(|values| Matrix3::from_column_slice(&values))
+    }
+
+    /// A positive matrix A Aᵀ + I.
+    fn positive() -> impl Strategy<Value = Dense> {
+        prop::collection::vec(-1.0..1.0, STATES * STATES).prop_map(|values| {
+            let a = Dense::from_column_slice(&values);
+            a * a.transpose() + Dense::identity()
+        })
+    }
+
+    fn upper(dense: &Dense) -> Upper {
+        let mut upper = Upper::default();
+        for i in 0..BLOCKS {
+            for j in i..BLOCKS {
+                let block: Matrix3<f64> = dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j).into_owned();
+                upper[at(i, j)] = Rows::from(&block);
+            }
+        }
+        upper
+    }
+
+    /// The largest difference between the upper blocks and a dense matrix.
+    fn difference(upper: &Upper, dense: &Dense) -> f64 {
+        let mut largest = 0.0_f64;
+        for i in 0..BLOCKS {
+            for j in i..BLOCKS {
+                let block = dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j);
+                largest = largest.max((Matrix3::from(&upper[at(i, j)]) - block).amax());
+            }
+        }
+        largest
+    }
+
+    fn shear(target: usize, source: usize, m: &Matrix3<f64>) -> Dense {
+        let mut shear = Dense::identity();
+        shear.fixed_view_mut::<BLOCK, BLOCK>(BLOCK * target, BLOCK * source).copy_from(m);
+        shear
+    }
+
+    fn assert_diagonal_blocks_are_symmetric(upper: &Upper) {
+        for i in 0..BLOCKS {
+            assert_eq!(upper[at(i, i)], upper[at(i, i)].transpose());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_prediction_is_the_dense_congruence_on_any_lanes(dense in positive(), half in 0.001..0.5, tilt in matrices(), bias in matrices()) {
+            let shears = Shears { half, tilt: Rows::from(&tilt), bias: Rows::from(&bias) };
+            let (mut best, mut baseline) = (upper(&dense), upper(&dense));
+            predict(&mut best, &shears);
+            Prediction { p: &mut baseline, shears: &shears }.run::<Baseline>();
+            let position = shear(POSITION, VELOCITY, &Matrix3::from_diagonal_element(half));
+            let f = shear(ATTITUDE, GYRO_BIAS, &bias)
+                * position * shear(VELOCITY, ACCEL_BIAS, &bias) * shear(VELOCITY, ATTITUDE, &tilt) * position;
+            let expected = f * dense * f.transpose();
+            for moved in [best, baseline] {
+                prop_assert!(difference(&moved, &expected) < 1e-11);
+                assert_diagonal_blocks_are_symmetric(&moved);
+            }
+        }
+
+        #[test]
+        fn the_reduction_is_the_dense_product_on_any_lanes(dense in positive(), b in 0..BLOCKS, whitener in matrices()) {
+            let whitener = 0.3 * whitener.lower_triangle();
+            let (mut best, mut baseline) = (upper(&dense), upper(&dense));
+            let mut gain = WhiteGain::default();
+            Reduction { p: &mut baseline, b, whitener: &Rows::from(&whitener), gain: &mut gain }.run::<Baseline>();
+            reduce(&mut best, b, &whitener, &mut gain);
+            let v = whitener * dense.fixed_rows::<BLOCK>(BLOCK * b);
+            let expected = dense - v.transpose() * v;
+            for reduced in [best, baseline] {
+                prop_assert!(difference(&reduced, &expected) < 1e-11);
+                assert_diagonal_blocks_are_symmetric(&reduced);
+            }
+            let y = Vector3::new(0.1, -0.2, 0.3);
+            for (k, errors) in gain.errors(&y).iter().enumerate() {
+                prop_assert!((errors - v.fixed_columns::<BLOCK>(BLOCK * k).transpose() * y).norm() < 1e-12);
+            }
+        }
+    }
+}
