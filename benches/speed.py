@@ -183,7 +183,7 @@ def _measure(tasks: dict[str, Task], repeats: int) -> dict[str, float]:
 
 
 def _baseline(arguments: argparse.Namespace) -> dict[str, float]:
-    """The same figures with the kernel that runs on every processor."""
+    """Return the same figures with the kernel that runs on every processor."""
     command = [sys.executable, __file__, "--baseline", "--repeats", str(arguments.repeats)]
     if arguments.data is not None:
         command += ["--data", str(arguments.data)]

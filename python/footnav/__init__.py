@@ -52,13 +52,13 @@ from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
 __all__ = [
-    "BusyError",
     "AccelerationMagnitude",
     "AdaptiveShoe",
     "Alignment",
     "AllanDeviation",
     "AngularRateEnergy",
     "AxisNoise",
+    "BusyError",
     "Calibration",
     "Config",
     "ConfigError",
