@@ -61,14 +61,13 @@ def test_p2_without_the_gyros_bias_is_as_wrong_as_the_paper_and_iaa_is_no_cure()
 
 
 def test_p3_the_corrections_help_dead_reckoning_and_not_the_filter() -> None:
-    """The paper's order of the first three, on every walk or nearly."""
-    found = outcomes("P3", lambda experiment: experiment.title.endswith("not clipped"))
-    figures = {approach: np.array(outcome.figures) for (_, approach), outcome in found.items()}
-    assert np.all(figures["DR"] > figures["DR+LWI"])
-    assert np.median(figures["DR+LWI"]) > np.median(figures["DR+RV"])
-    assert np.all(figures["DR"] > figures["KF"])
+    """The paper's order of the first three, in the median; where a bias of the gyroscope is lost, single walks differ."""
+    found = outcomes("P3", lambda experiment: experiment.title.endswith("not clipped"), seeds=6)
+    median = {approach: outcome.median for (_, approach), outcome in found.items()}
+    assert median["DR"] > 2 * median["DR+LWI"] > 2 * median["DR+RV"]
+    assert median["DR"] > 2 * median["KF"]
     for corrected in ("KF+LWI", "KF+RV"):
-        assert np.abs(figures[corrected] - figures["KF"]).max() < 5
+        assert abs(median[corrected] - median["KF"]) < 5
 
 
 def test_p3_clipping_is_what_ruins_dead_reckoning() -> None:
