@@ -61,7 +61,7 @@ def test_p2_without_the_gyros_bias_is_as_wrong_as_the_paper_and_iaa_is_no_cure()
 
 
 def test_p3_the_corrections_help_dead_reckoning_and_not_the_filter() -> None:
-    """The paper's order of the first three, in the median; where a bias of the gyroscope is lost, single walks differ."""
+    """The paper's order of the first three, in the median; where a bias of the gyroscope is lost, walks differ."""
     found = outcomes("P3", lambda experiment: experiment.title.endswith("not clipped"), seeds=6)
     median = {approach: outcome.median for (_, approach), outcome in found.items()}
     assert median["DR"] > 2 * median["DR+LWI"] > 2 * median["DR+RV"]
