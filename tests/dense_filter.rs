@@ -53,7 +53,6 @@ impl DenseFilter {
         }
     }
 
-    #[expect(clippy::many_single_char_names, reason = "the symbols of the equations")]
     fn observe_rest(&mut self, variance: f64) {
         let mut h = SMatrix::<f64, 3, STATES>::zeros();
         h.fixed_columns_mut::<3>(VELOCITY).fill_with_identity();

@@ -465,7 +465,7 @@ def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
 
         def push(self, t, accel, gyro):
             for attempt in (lambda: navigator.position, lambda: navigator.push(t, *accel, *gyro), navigator.reset):
-                with pytest.raises(BusyError, match="another call is at work.*its own navigator") as error:
+                with pytest.raises(BusyError, match=r"another call is at work.*its own navigator") as error:
                     attempt()
                 complaints.append(error)
             return False

@@ -46,11 +46,11 @@ from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
 __all__ = [
-    "BusyError",
     "AccelerationMagnitude",
     "AdaptiveShoe",
     "Alignment",
     "AngularRateEnergy",
+    "BusyError",
     "Calibration",
     "Config",
     "ConfigError",

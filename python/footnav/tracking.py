@@ -85,7 +85,7 @@ def track(
         raise
     health = Health.of_fields(fields)
     _warn(recording.name, health)
-    return Trajectory(**columns, **placed(config), name=recording.name, health=health)
+    return Trajectory.of_core(columns, **placed(config), name=recording.name, health=health)
 
 
 def _batch(

@@ -24,7 +24,7 @@ mod levelling;
 mod walk;
 
 use levelling::Levelling;
-use walk::{Setting, Walk};
+use walk::{Finding, Setting, Walk};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
 const SLOWEST_RATE: f64 = 20.0;
@@ -330,42 +330,51 @@ impl Navigator {
     #[inline]
     fn release(&mut self, decision: &Decision) -> Result<bool, Error> {
         let Some(arrived) = self.pending.pop_front() else { return Ok(false) };
-        let found = match self.solve(&arrived, decision) {
-            Ok(found) => found,
-            Err(failure) => {
-                self.failure = Some(failure.clone());
-                return Err(failure);
-            }
-        };
-        if !found.reasons.contains(Reasons::ALIGNING) {
-            self.reasons_so_far |= found.reasons;
+        let released = self.solve(&arrived, decision);
+        if let Err(failure) = &released {
+            self.failure = Some(failure.clone());
         }
-        if self.smoother.is_some() {
-            return Ok(self.hold_back(&found));
-        }
-        self.latest = Some(found);
-        Ok(true)
+        released
     }
 
-    /// Lets the smoother take the filter's newest solution, and answers whether another one came out.
-    fn hold_back(&mut self, found: &Solution) -> bool {
-        let Some(smoother) = &mut self.smoother else { return false };
-        let due = match &self.phase {
-            Phase::Walking(walk) => smoother.push(found, &walk.filter.covariance),
-            _ => smoother.push(found, &Covariance::zero()),
+    /// Solves a sample, and answers whether a solution came out.
+    #[inline]
+    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
+        let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
+        let Some(smoother) = &mut self.smoother else {
+            let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?;
+            self.reasons_so_far |= found.reasons;
+            self.latest = Some(walk.solution(found));
+            return Ok(true);
+        };
+        let found = walk.update(&setting, &mut self.monitor, arrived, decision, smoother.journal())?;
+        self.reasons_so_far |= found.reasons;
+        let due = smoother.push(&walk.solution(found), &walk.filter.covariance);
+        self.latest = due.or(self.latest);
+        Ok(due.is_some())
+    }
+
+    /// The same while the start is being aligned.
+    #[cold]
+    fn solve_at_start(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+        let solution = self.start(arrived, decision)?;
+        let due = match (&mut self.smoother, &self.phase) {
+            (None, _) => Some(solution),
+            (Some(smoother), Phase::Walking(walk)) => smoother.push(&solution, &walk.filter.covariance),
+            (Some(smoother), _) => smoother.push(&solution, &Covariance::zero()),
         };
         self.latest = due.or(self.latest);
-        due.is_some()
+        Ok(due.is_some())
     }
 
-    #[inline]
-    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
+    /// One more sample of the start.
+    fn start(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         match &mut self.phase {
-            Phase::Walking(walk) => Ok(match &mut self.smoother {
-                None => walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?,
-                Some(smoother) => walk.update(&setting, &mut self.monitor, arrived, decision, smoother.journal())?,
-            }),
+            Phase::Walking(walk) => {
+                Ok(walk.solution(Finding { zero_velocity: decision.stationary, reasons: arrived.events }))
+            }
             Phase::Levelling(levelling) => {
                 if levelling.push(&setting, &arrived.sample)? {
                     let (walk, moving) = levelling.begin();
@@ -406,7 +415,8 @@ impl Navigator {
     fn begin(&mut self, walk: Walk, arrived: &Arrived, decision: &Decision, at_rest: bool) -> Solution {
         self.monitor.note(arrived.sample.time, arrived.events);
         self.monitor.aligned(arrived.sample.time, at_rest);
-        let solution = walk.solution(decision.stationary, arrived.events | Reasons::ALIGNING);
+        let reasons = arrived.events | Reasons::ALIGNING;
+        let solution = walk.solution(Finding { zero_velocity: decision.stationary, reasons });
         self.phase = Phase::Walking(walk);
         solution
     }

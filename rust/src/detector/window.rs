@@ -67,13 +67,11 @@ impl<const N: usize> Window<N> {
     fn put(&mut self, row: [f64; N]) -> [f64; N] {
         let at = self.next;
         self.next = if at + 1 == self.length { 0 } else { at + 1 };
-        match self.rows.get_mut(at) {
-            Some(oldest) => std::mem::replace(oldest, row),
-            None => {
-                self.rows.push(row);
-                [0.0; N]
-            }
+        if let Some(oldest) = self.rows.get_mut(at) {
+            return std::mem::replace(oldest, row);
         }
+        self.rows.push(row);
+        [0.0; N]
     }
 
     /// After the end of the data: whether one more sample without a full window waits for its answer.
