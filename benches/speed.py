@@ -140,7 +140,7 @@ def _call(rows: list[list[list[float]]]) -> None:
 
 
 def _peers(recordings: list[Recording], samples: int) -> dict[str, Task]:
-    """Other libraries on the same recordings, as far as they are installed."""
+    """Find other libraries, as far as they are installed."""
     peers: dict[str, Task] = {}
     try:
         import imufusion
@@ -183,7 +183,7 @@ def _measure(tasks: dict[str, Task], repeats: int) -> dict[str, float]:
 
 
 def _baseline(arguments: argparse.Namespace) -> dict[str, float]:
-    """Return the same figures with the kernel that runs on every processor."""
+    """Measure again with the kernel that runs on every processor."""
     command = [sys.executable, __file__, "--baseline", "--repeats", str(arguments.repeats)]
     if arguments.data is not None:
         command += ["--data", str(arguments.data)]

@@ -191,7 +191,7 @@ class Navigator(_core.Navigator):
         return Health.of_fields(self._health_fields(of_walk))
 
     def _trajectory(self, columns: dict[str, Any]) -> Trajectory:
-        return Trajectory(**columns, **placed(self.config), health=self.health)
+        return Trajectory.of_core(columns, **placed(self.config), health=self.health)
 
 
 def placed(config: Config) -> dict[str, Any]:

@@ -103,7 +103,7 @@ def track_quietly(
         raise
     steps = None if strides is None else Steps(**strides)
     health = Health.of_fields(fields)
-    return Trajectory(**columns, **placed(config), name=recording.name, health=health, filter_steps=steps)
+    return Trajectory.of_core(columns, **placed(config), name=recording.name, health=health, filter_steps=steps)
 
 
 def _batch(

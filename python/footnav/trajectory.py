@@ -31,6 +31,9 @@ _COLUMNS: dict[str, tuple[tuple[int, ...], type]] = {
 }
 
 
+_DEFAULTS: dict[str, Any] = {"health": None, "name": "", "origin": None, "frame": "enu", "heading_known": True}
+
+
 @dataclass(frozen=True, slots=True)
 class Displacement:
     """The way from one point to another.
@@ -210,6 +213,29 @@ class Trajectory:
         check_frame(self.frame)
         if self.filter_steps is not None:
             _check_steps(label, self.filter_steps, self.t, self.position)
+
+    @classmethod
+    def of_core(cls, columns: dict[str, NDArray[Any]], **fields: Any) -> "Trajectory":
+        """Take over the columns of the core, which are right by construction: nothing is checked or copied.
+
+        Parameters
+        ----------
+        columns : dict of str to ndarray
+            One array for each column, which nobody else holds.
+        **fields
+            The other attributes; the defaults are those of the constructor.
+
+        Returns
+        -------
+        Trajectory
+            With the very same arrays, read-only from now on.
+        """
+        track = object.__new__(cls)
+        for array in columns.values():
+            array.setflags(write=False)
+        for name, value in {**_DEFAULTS, **columns, **fields}.items():
+            object.__setattr__(track, name, value)
+        return track
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by way of the constructor, so that the arrays stay read-only."""

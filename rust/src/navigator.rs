@@ -25,7 +25,7 @@ mod levelling;
 mod walk;
 
 use levelling::Levelling;
-use walk::{Setting, Walk};
+use walk::{Finding, Setting, Walk};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
 const SLOWEST_RATE: f64 = 20.0;
@@ -364,32 +364,47 @@ impl Navigator {
     #[inline]
     fn release(&mut self, decision: &Decision) -> Result<bool, Error> {
         let Some(arrived) = self.pending.pop_front() else { return Ok(false) };
-        let found = match self.solve(&arrived, decision) {
-            Ok(found) => found,
-            Err(failure) => {
-                self.failure = Some(failure.clone());
-                return Err(failure);
-            }
-        };
-        if !found.reasons.contains(Reasons::ALIGNING) {
-            self.reasons_so_far |= found.reasons;
+        let released = self.solve(&arrived, decision);
+        if let Err(failure) = &released {
+            self.failure = Some(failure.clone());
         }
+        released
+    }
+
+    /// Solves a sample, and answers whether a solution came out.
+    #[inline]
+    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
+        let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
+        let found = if self.smoother.is_none() && self.strides.is_none() {
+            walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?
+        } else {
+            let strides = self.strides.as_mut().map(Measured::journal);
+            let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
+            walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?
+        };
+        self.reasons_so_far |= found.reasons;
+        let solution = walk.solution(found);
+        Ok(self.hold_back(solution))
+    }
+
+    /// The same while the start is being aligned.
+    #[cold]
+    fn solve_at_start(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+        let solution = self.start(arrived, decision)?;
+        Ok(self.hold_back(solution))
+    }
+
+    /// Lets those who wait for what comes later take the filter's newest solution, and answers whether one came out.
+    #[inline]
+    fn hold_back(&mut self, found: Solution) -> bool {
         if let Some(strides) = &mut self.strides {
             strides.push(&found, self.phase.covariance());
         }
-        if self.smoother.is_some() {
-            return Ok(self.hold_back(&found));
-        }
-        self.hand_out(found);
-        Ok(true)
-    }
-
-    /// Lets the smoother take the filter's newest solution, and answers whether another one came out.
-    fn hold_back(&mut self, found: &Solution) -> bool {
-        let Some(smoother) = &mut self.smoother else { return false };
-        let due = match self.phase.covariance() {
-            Some(covariance) => smoother.push(found, covariance),
-            None => smoother.push(found, &Covariance::zero()),
+        let due = match (&mut self.smoother, self.phase.covariance()) {
+            (None, _) => Some(found),
+            (Some(smoother), Some(covariance)) => smoother.push(&found, covariance),
+            (Some(smoother), None) => smoother.push(&found, &Covariance::zero()),
         };
         let Some(solution) = due else { return false };
         self.hand_out(solution);
@@ -405,14 +420,12 @@ impl Navigator {
         self.latest = Some(solution);
     }
 
-    #[inline]
-    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
+    /// One more sample of the start.
+    fn start(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         match &mut self.phase {
             Phase::Walking(walk) => {
-                let strides = self.strides.as_mut().map(Measured::journal);
-                let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
-                Ok(walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?)
+                Ok(walk.solution(Finding { zero_velocity: decision.stationary, reasons: arrived.events }))
             }
             Phase::Levelling(levelling) => {
                 if levelling.push(&setting, &arrived.sample)? {
@@ -454,7 +467,8 @@ impl Navigator {
     fn begin(&mut self, walk: Walk, arrived: &Arrived, decision: &Decision, at_rest: bool) -> Solution {
         self.monitor.note(arrived.sample.time, arrived.events);
         self.monitor.aligned(arrived.sample.time, at_rest);
-        let solution = walk.solution(decision.stationary, arrived.events | Reasons::ALIGNING);
+        let reasons = arrived.events | Reasons::ALIGNING;
+        let solution = walk.solution(Finding { zero_velocity: decision.stationary, reasons });
         self.phase = Phase::Walking(walk);
         solution
     }

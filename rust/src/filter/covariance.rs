@@ -11,7 +11,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::kernel::{self, Rows, Shears, Upper, WhiteGain, at};
+use super::kernel::{self, Packed, Rows, Shears, Upper, WhiteGain, at};
 use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
 
@@ -21,7 +21,21 @@ pub struct Covariance {
     upper: Upper,
 }
 
+/// A covariance that is kept for later, in less memory.
+#[derive(Clone, Debug)]
+pub(crate) struct PackedCovariance(Packed);
+
+impl PackedCovariance {
+    pub(crate) fn unpacked(&self) -> Covariance {
+        Covariance { upper: Upper::unpacked(&self.0) }
+    }
+}
+
 impl Covariance {
+    pub(crate) fn packed(&self) -> PackedCovariance {
+        PackedCovariance(self.upper.packed())
+    }
+
     /// No uncertainty at all.
     #[must_use]
     pub fn zero() -> Self {
@@ -191,19 +205,22 @@ impl Covariance {
     /// The first state whose variance is not positive and finite, with that variance.
     #[inline]
     pub(crate) fn first_not_positive(&self) -> Option<(&'static str, f64)> {
-        let all_good = |block| self.diagonal(block).iter().fold(true, |all, &variance| all & is_positive(variance));
-        if Block::ALL.into_iter().fold(true, |all, block| all & all_good(block)) {
-            None
-        } else {
-            self.find_not_positive()
+        let (mut positive, mut sum) = (true, 0.0);
+        for block in Block::ALL {
+            for &variance in &self.diagonal(block) {
+                positive &= variance > 0.0;
+                sum += variance;
+            }
         }
+        if positive && sum < f64::INFINITY { None } else { self.find_not_positive() }
     }
 
     #[cold]
     fn find_not_positive(&self) -> Option<(&'static str, f64)> {
         Block::ALL.into_iter().find_map(|block| {
             let diagonal = self.diagonal(block);
-            diagonal.iter().find(|&&variance| !is_positive(variance)).map(|&variance| (block.name(), variance))
+            let bad = |variance: &&f64| !(**variance > 0.0 && variance.is_finite());
+            diagonal.iter().find(bad).map(|&variance| (block.name(), variance))
         })
     }
 
@@ -230,26 +247,12 @@ impl Covariance {
 
 /// P becomes (I + E) P (I + E)ᵀ, where E has one block.
 impl Linear for Covariance {
-    #[inline]
     fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
-        let (t, s) = (target.index(), source.index());
-        let half = (self.get(t, s) + 0.5 * m * self.get(s, s)) * m.transpose();
-        self.add_own(t, &(half + half.transpose()));
-        for k in (0..BLOCKS).filter(|&k| k != t) {
-            let gain = m * self.get(s, k);
-            self.add(t, k, &gain);
-        }
+        kernel::shear(&mut self.upper, target.index(), source.index(), m);
     }
 
-    #[inline]
     fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
-        let (t, s) = (target.index(), source.index());
-        let half = scale * (self.get(t, s) + 0.5 * scale * self.get(s, s));
-        self.add_own(t, &(half + half.transpose()));
-        for k in (0..BLOCKS).filter(|&k| k != t) {
-            let gain = scale * self.get(s, k);
-            self.add(t, k, &gain);
-        }
+        self.add_transformed(target, source, &Matrix3::from_diagonal_element(scale));
     }
 
     #[inline]
@@ -267,11 +270,6 @@ impl Linear for Covariance {
     fn move_on(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
         kernel::predict(&mut self.upper, &Shears { half, tilt: tilt.into(), bias: bias.into() });
     }
-}
-
-#[inline]
-fn is_positive(variance: f64) -> bool {
-    variance > 0.0 && variance < f64::INFINITY
 }
 
 /// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that the square roots wait for no one; none if it is not positive.

@@ -7,6 +7,8 @@
 //!
 //! The prediction applies the five shears of [`super::transition`] in one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction `P - Vᵀ V`.
 
+use std::ops::{Index, IndexMut};
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::lanes::{Lanes, Work, dispatch};
@@ -15,8 +17,39 @@ use super::states::BLOCKS;
 /// Number of blocks on and above the diagonal.
 const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
 
-/// A symmetric matrix of 15x15, by its upper blocks.
-pub(super) type Upper = [Rows; UPPER];
+/// A symmetric matrix of 15x15, by its upper blocks; aligned, so that no row lies across two lines of the cache.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(super) struct Upper([Rows; UPPER]);
+
+/// The same without the zeros and at home in any memory: for keeping many.
+pub(super) type Packed = [[[f64; 3]; 3]; UPPER];
+
+impl Upper {
+    pub(super) fn packed(&self) -> Packed {
+        self.0.map(|Rows(rows)| rows.map(|[x, y, z, _]| [x, y, z]))
+    }
+
+    pub(super) fn unpacked(packed: &Packed) -> Self {
+        Self(packed.map(|rows| Rows(rows.map(|[x, y, z]| [x, y, z, 0.0]))))
+    }
+}
+
+impl Index<usize> for Upper {
+    type Output = Rows;
+
+    #[inline(always)]
+    fn index(&self, index: usize) -> &Rows {
+        &self.0[index]
+    }
+}
+
+impl IndexMut<usize> for Upper {
+    #[inline(always)]
+    fn index_mut(&mut self, index: usize) -> &mut Rows {
+        &mut self.0[index]
+    }
+}
 
 /// Where the block (i, j), i <= j, is kept.
 pub(super) const fn at(i: usize, j: usize) -> usize {
@@ -25,7 +58,6 @@ pub(super) const fn at(i: usize, j: usize) -> usize {
 
 /// A 3x3 block: three rows of three numbers and a zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(32))]
 pub(super) struct Rows([[f64; 4]; 3]);
 
 impl From<&Matrix3<f64>> for Rows {
@@ -106,6 +138,11 @@ impl<L: Lanes> Loaded<L> {
         Self([a.plus(factor, x), b.plus(factor, y), c.plus(factor, z)])
     }
 
+    #[inline(always)]
+    fn halved(self) -> Rows {
+        Self::zero().plus(0.5, self).stored()
+    }
+
     /// `self + (half + halfᵀ)`, in this order, which keeps a symmetric block symmetric to the bit.
     #[inline(always)]
     fn plus_both(self, half: Self) -> Self {
@@ -141,6 +178,12 @@ fn load<L: Lanes>(rows: &Rows) -> Loaded<L> {
     Loaded::from(rows)
 }
 
+/// The block (i, j), above or below the diagonal.
+#[inline(always)]
+fn load_at<L: Lanes>(p: &Upper, i: usize, j: usize) -> Loaded<L> {
+    if i <= j { load(&p[at(i, j)]) } else { load(&p[at(j, i)]).transpose() }
+}
+
 /// The shears of one transition: half the interval, what a tilt and what a bias turn into velocity.
 pub(super) struct Shears {
     pub(super) half: f64,
@@ -166,7 +209,7 @@ impl Work for Prediction<'_> {
         let Shears { half, tilt, bias } = self.shears;
         let (half, tilt_transposed, bias_transposed) =
             (*half, load::<L>(tilt).transpose(), load::<L>(bias).transpose());
-        let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = self.p;
+        let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = &mut self.p.0;
 
         load::<L>(pa).plus(half, load(va)).store(pa);
         load::<L>(pw).plus(half, load(vw)).store(pw);
@@ -199,6 +242,40 @@ impl Work for Prediction<'_> {
         load::<L>(aa).plus_both(own).store(aa);
         load::<L>(aw).plus(1.0, to_w).store(aw);
         load::<L>(af).plus_product(bias, load(wf)).store(af);
+    }
+}
+
+/// The states of the block `target` gain `m` times those of `source`, another block.
+#[inline]
+pub(super) fn shear(p: &mut Upper, target: usize, source: usize, m: &Matrix3<f64>) {
+    dispatch(Shear { p, target, source, m: &m.into() });
+}
+
+struct Shear<'a> {
+    p: &'a mut Upper,
+    target: usize,
+    source: usize,
+    m: &'a Rows,
+}
+
+impl Work for Shear<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { p, target, source, m } = self;
+        let half = load_at::<L>(p, target, source).plus_product(&load::<L>(m).halved(), load(&p[at(source, source)]));
+        let own = Loaded::<L>::zero().plus_product(&half.stored(), load(m).transpose());
+        for k in 0..BLOCKS {
+            let gain = Loaded::<L>::zero().plus_product(m, load_at(p, source, k));
+            if k > target {
+                let block = &mut p[at(target, k)];
+                load(block).plus(1.0, gain).store(block);
+            } else if k < target {
+                let block = &mut p[at(k, target)];
+                load(block).plus(1.0, gain.transpose()).store(block);
+            }
+        }
+        let block = &mut p[at(target, target)];
+        load(block).plus_both(own).store(block);
     }
 }
 
@@ -243,10 +320,9 @@ impl Work for Reduction<'_> {
     fn run<L: Lanes>(self) {
         let Self { p, b, whitener, gain: WhiteGain(gain) } = self;
         for (k, block) in gain.iter_mut().enumerate() {
-            let own = if b <= k { load::<L>(&p[at(b, k)]) } else { load(&p[at(k, b)]).transpose() };
-            Loaded::<L>::zero().plus_product(whitener, own).store(block);
+            Loaded::<L>::zero().plus_product(whitener, load_at(p, b, k)).store(block);
         }
-        let mut upper = p.iter_mut();
+        let mut upper = p.0.iter_mut();
         for (i, left) in gain.iter().enumerate() {
             for (right, block) in gain[i..].iter().zip(&mut upper) {
                 load::<L>(block).minus_transposed_product(left, load(right)).store(block);

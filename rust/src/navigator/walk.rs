@@ -19,6 +19,13 @@ pub(super) struct Setting<'a> {
     pub(super) filter: &'a FilterConfig,
 }
 
+/// What an update found beside the estimate.
+#[derive(Clone, Copy)]
+pub(super) struct Finding {
+    pub(super) zero_velocity: bool,
+    pub(super) reasons: Reasons,
+}
+
 /// The filter, with what it must remember from one sample to the next.
 #[derive(Clone)]
 pub(super) struct Walk {
@@ -79,7 +86,7 @@ impl Walk {
         arrived: &Arrived,
         decision: &Decision,
         journal: &mut impl Journal,
-    ) -> Result<Solution, NumericalError> {
+    ) -> Result<Finding, NumericalError> {
         let (config, Arrived { sample, events }) = (setting.filter, arrived);
         let elapsed = sample.time - self.previous.time;
         if elapsed > monitor.longest_gap() {
@@ -98,7 +105,8 @@ impl Walk {
             monitor.zero_angular_rate(update.accepted);
         }
         self.filter.check()?;
-        Ok(self.solution(stationary, monitor.assess(sample.time, *events, self.filter.tilt_std())))
+        let reasons = monitor.assess(sample.time, *events, self.filter.tilt_std());
+        Ok(Finding { zero_velocity: stationary, reasons })
     }
 
     /// A sample at which the foot is known to rest.
@@ -156,7 +164,7 @@ impl Walk {
     }
 
     #[inline]
-    pub(super) fn solution(&self, zero_velocity: bool, reasons: Reasons) -> Solution {
+    pub(super) fn solution(&self, Finding { zero_velocity, reasons }: Finding) -> Solution {
         Solution { estimate: self.filter.estimate, position_std: self.filter.position_std(), zero_velocity, reasons }
     }
 

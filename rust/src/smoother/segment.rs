@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::filter::covariance::Covariance;
+use crate::filter::covariance::{Covariance, PackedCovariance};
 use crate::filter::journal::Journal;
 use crate::filter::observation::Observation;
 use crate::filter::states::{Block, ErrorStates, Linear};
@@ -21,7 +21,7 @@ pub(crate) struct Segment {
 #[derive(Debug)]
 struct Row {
     solution: Solution,
-    covariance: Covariance,
+    covariance: PackedCovariance,
     steps: usize,
 }
 
@@ -66,7 +66,7 @@ impl Segment {
 
     /// Appends the solution that the steps since the last one led to.
     pub(crate) fn push(&mut self, solution: &Solution, covariance: &Covariance) {
-        self.rows.push(Row { solution: *solution, covariance: covariance.clone(), steps: self.steps.len() });
+        self.rows.push(Row { solution: *solution, covariance: covariance.packed(), steps: self.steps.len() });
     }
 
     /// Number of solutions.
@@ -89,7 +89,7 @@ impl Segment {
                 }
             }
             steps = row.steps;
-            later.improve(&mut row.solution, &row.covariance);
+            later.improve(&mut row.solution, &row.covariance.unpacked());
         }
         self.steps.clear();
         self.rows.drain(..).map(|row| row.solution)
