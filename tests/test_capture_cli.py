@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import serial
 
 import footnav
 from footnav.capture import Block, Guide, Losses, Plan
@@ -50,20 +51,25 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def board() -> Iterator[Callable[[list[Counts]], str]]:
-    """Connect a board that sends samples as fast as they are read, to a port that is returned.
-
-    What it sends before the port is opened is lost, so it repeats its header, as the sketch does.
-    """
+def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[list[Counts]], str]]:
+    """Connect a board that is reset as its port is opened and then sends as fast as it is read; the port is returned."""
     master, slave = os.openpty()
+    opened = threading.Event()
+    drop_old_bytes = serial.Serial.reset_input_buffer
+
+    def reset(port: serial.Serial) -> None:
+        drop_old_bytes(port)
+        opened.set()
+
+    monkeypatch.setattr(serial.Serial, "reset_input_buffer", reset)
 
     def connect(samples: list[Counts]) -> str:
         def send() -> None:
+            opened.wait()
             # What is not read when the port is closed has nowhere to go.
             with contextlib.suppress(OSError):
-                header, *lines = stream(samples)
-                for number, line in enumerate(lines):
-                    os.write(master, line if number % 20 else header + line)
+                for line in stream(samples):
+                    os.write(master, line)
 
         threading.Thread(target=send, daemon=True).start()
         return os.ttyname(slave)

@@ -129,7 +129,7 @@ class Navigator(_core.Navigator):
             The filter cannot go on; :meth:`reset` begins anew.
         """
         columns = (_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2))
-        return self._trajectory(self._push_columns(*columns))
+        return self._trajectory(*self._push_columns(*columns))
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.
@@ -141,7 +141,7 @@ class Navigator(_core.Navigator):
         NumericalError
             The filter cannot go on.
         """
-        return self._trajectory(self._flush_columns())
+        return self._trajectory(*self._flush_columns())
 
     def strides(self) -> list[Stride]:
         """Return the strides that came to be known since the last call.
@@ -190,8 +190,8 @@ class Navigator(_core.Navigator):
     def _health(self, *, of_walk: bool) -> Health:
         return Health.of_fields(self._health_fields(of_walk))
 
-    def _trajectory(self, columns: dict[str, Any]) -> Trajectory:
-        return Trajectory.of_core(columns, **placed(self.config), health=self.health)
+    def _trajectory(self, columns: dict[str, Any], health: dict[str, Any]) -> Trajectory:
+        return Trajectory.of_core(columns, **placed(self.config), health=Health.of_fields(health))
 
 
 def placed(config: Config) -> dict[str, Any]:

@@ -17,6 +17,9 @@ use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
 
+/// Columns of the states that came out, and fields of the health that they came out in.
+type Answer<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
+
 /// The core's navigator; `footnav.Navigator` dresses its columns as Python objects.
 #[pyclass(frozen, subclass, name = "Navigator", module = "footnav._core")]
 pub(super) struct PyNavigator {
@@ -55,20 +58,22 @@ impl PyNavigator {
         t: PyReadonlyArray1<'py, f64>,
         accel: PyReadonlyArray2<'py, f64>,
         gyro: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<Answer<'py>> {
         self.check(py)?;
         let samples = rows(&(t, accel, gyro))?;
         let navigator = &mut **self.inner.lock()?;
         let solutions = py.detach(|| navigator.push_block(&samples));
         self.check(py)?;
-        columns(py, solutions?)
+        Ok((columns(py, solutions?)?, health_fields(py, &navigator.health())?))
     }
 
     #[pyo3(name = "_flush_columns")]
-    fn flush_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn flush_columns<'py>(&self, py: Python<'py>) -> PyResult<Answer<'py>> {
         self.check(py)?;
         let navigator = &mut **self.inner.lock()?;
-        columns(py, py.detach(|| navigator.flush())?)
+        let solutions = py.detach(|| navigator.flush());
+        self.check(py)?;
+        Ok((columns(py, solutions?)?, health_fields(py, &navigator.health())?))
     }
 
     #[pyo3(name = "_stride_columns")]
