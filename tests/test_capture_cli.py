@@ -52,7 +52,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[list[Counts]], str]]:
-    """Connect a board that is reset as its port is opened and then sends as fast as it is read; the port is returned."""
+    """Connect a board that starts as its port is opened and sends as fast as it is read; the port is returned."""
     master, slave = os.openpty()
     opened = threading.Event()
     drop_old_bytes = serial.Serial.reset_input_buffer
