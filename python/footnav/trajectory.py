@@ -154,7 +154,7 @@ class _OfBlock:
 
     _found: tuple[_core.Columns, dict[str, Any]]
 
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
+    def __getattr__(self, name: str) -> Any:
         """Make an attribute that is asked for the first time."""
         if name not in _COLUMNS and name not in _DEFAULTS:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
