@@ -4,6 +4,7 @@ import dataclasses
 import io
 import itertools
 import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -382,6 +383,18 @@ def test_array_likes_give_the_same_numbers(convert):
     navigator = Navigator(rate_hz=RATE)
     part = navigator.push_block(*map(convert, samples))
     assert_same(Trajectory.concatenate([part, navigator.flush()]), states)
+
+
+def test_a_column_of_a_block_is_made_once_and_cannot_be_written():
+    block = Navigator(rate_hz=RATE).push_block(*walk())
+    assert block.position is block.position
+    assert block.health is block.health
+    assert (block.name, block.filter_steps) == ("", None)
+    for name in COLUMNS:
+        assert not getattr(block, name).flags.writeable
+    with pytest.raises(AttributeError, match="'Trajectory' object has no attribute 'positions'"):
+        block.positions  # noqa: B018
+    assert_same(pickle.loads(pickle.dumps(block)), block)
 
 
 def test_the_arrays_that_came_in_are_not_written():

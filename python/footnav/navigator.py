@@ -103,6 +103,7 @@ class Navigator(_core.Navigator):
         """Remember the settings."""
         self.config = config or Config()
         self.rate_hz = rate_hz
+        self._placed = placed(self.config)
 
     def push_block(self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike) -> Trajectory:
         """Take a block of samples in and return the states that came out.
@@ -129,7 +130,7 @@ class Navigator(_core.Navigator):
             The filter cannot go on; :meth:`reset` begins anew.
         """
         columns = (_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2))
-        return self._trajectory(*self._push_columns(*columns))
+        return Trajectory.of_block(self._push_columns(*columns), self._placed)
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.
@@ -141,7 +142,7 @@ class Navigator(_core.Navigator):
         NumericalError
             The filter cannot go on.
         """
-        return self._trajectory(*self._flush_columns())
+        return Trajectory.of_block(self._flush_columns(), self._placed)
 
     def strides(self) -> list[Stride]:
         """Return the strides that came to be known since the last call.
@@ -190,9 +191,6 @@ class Navigator(_core.Navigator):
     def _health(self, *, of_walk: bool) -> Health:
         return Health.of_fields(self._health_fields(of_walk))
 
-    def _trajectory(self, columns: dict[str, Any], health: dict[str, Any]) -> Trajectory:
-        return Trajectory.of_core(columns, **placed(self.config), health=Health.of_fields(health))
-
 
 def placed(config: Config) -> dict[str, Any]:
     """Return what the settings know of where a track lies, as the fields of a `Trajectory`."""
@@ -203,6 +201,8 @@ def placed(config: Config) -> dict[str, Any]:
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
     """Return what was given as an array of floats, or say what is wrong with it."""
+    if type(values) is np.ndarray and values.dtype == np.float64 and values.ndim == dimensions:
+        return values
     array = to_floats(name, values)
     if array.ndim != dimensions:
         expected = "(n,)" if dimensions == 1 else "(n, 3)"

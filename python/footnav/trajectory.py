@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footnav import _core
 from footnav.errors import ConfigError, DataError
 from footnav.health import Health
 from footnav.steps import Steps, find_stances, find_steps
@@ -31,7 +32,14 @@ _COLUMNS: dict[str, tuple[tuple[int, ...], type]] = {
 }
 
 
-_DEFAULTS: dict[str, Any] = {"health": None, "name": "", "origin": None, "frame": "enu", "heading_known": True}
+_DEFAULTS: dict[str, Any] = {
+    "health": None,
+    "name": "",
+    "origin": None,
+    "frame": "enu",
+    "heading_known": True,
+    "filter_steps": None,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +147,32 @@ class Summary:
         return "\n".join(lines)
 
 
+class _OfBlock:
+    """What the core found for a block, of which Python makes what is asked for: most blocks are asked for little."""
+
+    __slots__ = ("_found",)
+
+    _found: tuple[_core.Columns, dict[str, Any]]
+
+    def __getattr__(self, name: str) -> Any:
+        """Make an attribute that is asked for the first time."""
+        if name not in _COLUMNS and name not in _DEFAULTS:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+        columns, known = self._found
+        value: Any
+        if name in _COLUMNS:
+            value = columns[name]
+            value.setflags(write=False)
+        elif name == "health":
+            value = Health.of_fields(columns.health())
+        else:
+            value = known.get(name, _DEFAULTS[name])
+        object.__setattr__(self, name, value)
+        return value
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(_OfBlock):
     """States of the shoe, one row for each sample; n may be zero.
 
     The arrays are read-only; an array that comes in writable is copied.
@@ -235,6 +267,26 @@ class Trajectory:
             array.setflags(write=False)
         for name, value in {**_DEFAULTS, **columns, **fields}.items():
             object.__setattr__(track, name, value)
+        return track
+
+    @classmethod
+    def of_block(cls, columns: _core.Columns, known: dict[str, Any]) -> "Trajectory":
+        """Take over what the core found for a block: nothing is checked, and arrays are made when they are asked for.
+
+        Parameters
+        ----------
+        columns : _core.Columns
+            States and health.
+        known : dict of str to object
+            Of the other attributes those that differ from the constructor's defaults.
+
+        Returns
+        -------
+        Trajectory
+            Read-only.
+        """
+        track = object.__new__(cls)
+        object.__setattr__(track, "_found", (columns, known))
         return track
 
     def __reduce__(self) -> tuple[Any, ...]:

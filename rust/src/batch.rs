@@ -60,7 +60,7 @@ impl Batch {
         self.navigator.check_block(block)?;
         self.trajectory.reserve(block.len());
         for raw in block {
-            if self.navigator.advance(raw)? {
+            if self.navigator.advance_checked(raw)? {
                 self.keep_latest();
             }
         }

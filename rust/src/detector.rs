@@ -16,6 +16,7 @@ mod acceleration_magnitude;
 mod adaptive_shoe;
 mod angular_rate_energy;
 mod debounce;
+mod extremes;
 mod given;
 mod graph_theoretic;
 mod magnitude_debounced;

@@ -39,7 +39,7 @@ pub mod transition;
 use covariance::Covariance;
 use journal::Journal;
 use observation::Update;
-use states::{Block, ErrorStates, Linear};
+use states::{BLOCKS, Block, ErrorStates, Linear};
 use transition::Transition;
 
 /// Navigation state with the sensor biases that belong to it.
@@ -72,6 +72,14 @@ struct ProcessNoise {
     attitude: f64,
     gyro_bias: f64,
     accel_bias: f64,
+}
+
+impl ProcessNoise {
+    /// Variances that the blocks gain in an interval of `dt`, which what follows from the motion counts as `motion`, s.
+    #[inline]
+    fn over(&self, motion: f64, dt: f64) -> [f64; BLOCKS] {
+        [0.0, self.velocity * motion, self.attitude * motion, self.gyro_bias * dt, self.accel_bias * dt]
+    }
 }
 
 /// The filter: an estimate and the covariance of its errors.
@@ -141,13 +149,8 @@ impl ErrorStateFilter {
     pub(crate) fn predict(&mut self, step: &Step, clipped: bool, bridged: f64, journal: &mut impl Journal) {
         let transition = Transition::new(step, &self.earth_rate);
         journal.transition(&transition);
-        let (p, dt) = (&mut self.covariance, step.dt);
-        transition.apply(p);
-        let motion = if clipped { self.clipped_factor * dt } else { dt };
-        p.add_variance(Block::Velocity, self.noise.velocity * motion);
-        p.add_variance(Block::Attitude, self.noise.attitude * motion);
-        p.add_variance(Block::GyroBias, self.noise.gyro_bias * dt);
-        p.add_variance(Block::AccelBias, self.noise.accel_bias * dt);
+        let motion = if clipped { self.clipped_factor * step.dt } else { step.dt };
+        self.covariance.predict(&transition, &self.noise.over(motion, step.dt));
         if bridged > 0.0 {
             self.doubt_bridge(bridged);
         }
@@ -284,9 +287,9 @@ impl ErrorStateFilter {
         variance: f64,
         journal: &mut impl Journal,
     ) -> Update {
-        self.covariance.observe_with(block, innovation, variance, self.gate, |observation| {
+        self.covariance.observe_with(block, innovation, variance, self.gate, |observation, errors| {
             journal.observation(observation);
-            self.estimate.correct(&observation.errors());
+            self.estimate.correct(errors);
         })
     }
 

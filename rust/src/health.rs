@@ -99,6 +99,7 @@ pub struct Health {
 pub(crate) struct HealthMonitor {
     config: HealthConfig,
     last_event: [(Reasons, f64); 3],
+    last_of_all: f64,
     last_zero_velocity: f64,
     rejecting: bool,
     moving_start: bool,
@@ -113,6 +114,7 @@ impl HealthMonitor {
         Self {
             config,
             last_event: MEMORIZED.map(|reason| (reason, f64::NEG_INFINITY)),
+            last_of_all: f64::NEG_INFINITY,
             last_zero_velocity: f64::NEG_INFINITY,
             rejecting: false,
             moving_start: false,
@@ -140,7 +142,12 @@ impl HealthMonitor {
     }
 
     /// Remembers what is held against a sample.
+    #[inline]
     pub(crate) fn note(&mut self, time: f64, events: Reasons) {
+        if events.is_empty() {
+            return;
+        }
+        self.last_of_all = time;
         for (reason, last) in &mut self.last_event {
             if events.contains(*reason) {
                 *last = time;
@@ -158,14 +165,23 @@ impl HealthMonitor {
         self.lost = true;
     }
 
-    /// Reasons that hold at `time`, given the `events` of the sample and the tilt uncertainty (rad) of the filter.
-    pub(crate) fn assess(&mut self, time: f64, events: Reasons, tilt_std: f64) -> Reasons {
-        self.note(time, events);
+    /// The events of the last while.
+    #[inline]
+    fn remembered(&self, time: f64) -> Reasons {
         let mut reasons = Reasons::empty();
-        for (reason, last) in self.last_event {
-            reasons.set(reason, time - last <= self.config.memory);
+        if time - self.last_of_all <= self.config.memory {
+            for (reason, last) in self.last_event {
+                reasons.set(reason, time - last <= self.config.memory);
+            }
         }
-        self.moving_start &= tilt_std > self.config.tilt_limit;
+        reasons
+    }
+
+    /// Reasons that hold at `time`, given the `events` of the sample and the tilt uncertainty (rad) of the filter, which is asked for only after a moving start.
+    pub(crate) fn assess(&mut self, time: f64, events: Reasons, tilt_std: impl FnOnce() -> f64) -> Reasons {
+        self.note(time, events);
+        let mut reasons = self.remembered(time);
+        self.moving_start = self.moving_start && tilt_std() > self.config.tilt_limit;
         let unaided = time - self.last_zero_velocity;
         reasons.set(Reasons::MOVING_START, self.moving_start);
         reasons.set(Reasons::UPDATES_REJECTED, self.rejecting);
@@ -189,27 +205,27 @@ mod tests {
     #[test]
     fn time_without_zero_velocity_degrades_and_then_invalidates() {
         let mut monitor = monitor();
-        assert_eq!(monitor.assess(2.9, Reasons::empty(), 0.0).status(), Status::Ok);
-        assert_eq!(monitor.assess(3.1, Reasons::empty(), 0.0), Reasons::NO_ZERO_VELOCITY);
-        assert_eq!(monitor.assess(15.1, Reasons::empty(), 0.0).status(), Status::Invalid);
+        assert_eq!(monitor.assess(2.9, Reasons::empty(), || 0.0).status(), Status::Ok);
+        assert_eq!(monitor.assess(3.1, Reasons::empty(), || 0.0), Reasons::NO_ZERO_VELOCITY);
+        assert_eq!(monitor.assess(15.1, Reasons::empty(), || 0.0).status(), Status::Invalid);
         monitor.zero_velocity(15.2, true);
-        assert_eq!(monitor.assess(15.2, Reasons::empty(), 0.0), Reasons::LOST);
+        assert_eq!(monitor.assess(15.2, Reasons::empty(), || 0.0), Reasons::LOST);
     }
 
     #[test]
     fn a_gap_is_remembered_for_a_second() {
         let mut monitor = monitor();
-        assert_eq!(monitor.assess(1.0, Reasons::GAP, 0.0), Reasons::GAP);
-        assert_eq!(monitor.assess(1.9, Reasons::empty(), 0.0), Reasons::GAP);
-        assert_eq!(monitor.assess(2.1, Reasons::empty(), 0.0), Reasons::empty());
+        assert_eq!(monitor.assess(1.0, Reasons::GAP, || 0.0), Reasons::GAP);
+        assert_eq!(monitor.assess(1.9, Reasons::empty(), || 0.0), Reasons::GAP);
+        assert_eq!(monitor.assess(2.1, Reasons::empty(), || 0.0), Reasons::empty());
     }
 
     #[test]
     fn a_moving_start_is_over_once_the_tilt_has_settled() {
         let mut monitor = HealthMonitor::new(HealthConfig::default());
         monitor.aligned(0.0, false);
-        assert_eq!(monitor.assess(0.1, Reasons::empty(), 0.2), Reasons::MOVING_START);
-        assert_eq!(monitor.assess(0.2, Reasons::empty(), 0.01), Reasons::empty());
-        assert_eq!(monitor.assess(0.3, Reasons::empty(), 0.2), Reasons::empty());
+        assert_eq!(monitor.assess(0.1, Reasons::empty(), || 0.2), Reasons::MOVING_START);
+        assert_eq!(monitor.assess(0.2, Reasons::empty(), || 0.01), Reasons::empty());
+        assert_eq!(monitor.assess(0.3, Reasons::empty(), || 0.2), Reasons::empty());
     }
 }

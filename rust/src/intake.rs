@@ -1,5 +1,7 @@
 //! The door: only finite samples in the order of time come in, and what is missing, repeated or clipped is noted.
 
+use nalgebra::Vector3;
+
 use crate::config::Config;
 use crate::error::DataError;
 use crate::health::{Counters, Reasons};
@@ -42,6 +44,12 @@ impl Intake {
             self.refused_since = true;
             return Err(error);
         }
+        Ok(self.admit(raw))
+    }
+
+    /// Takes in a raw sample that [`Intake::check_block`] found good.
+    #[inline]
+    pub(crate) fn admit(&mut self, raw: &ImuSample) -> Reasons {
         let mut events = Reasons::empty();
         events.set(Reasons::REFUSED, std::mem::take(&mut self.refused_since));
         events.set(Reasons::CLIPPED, self.is_clipped(raw));
@@ -52,7 +60,7 @@ impl Intake {
         self.counters.gaps += u64::from(events.contains(Reasons::GAP));
         self.counters.clipped += u64::from(events.contains(Reasons::CLIPPED));
         self.previous_time = Some(raw.time);
-        Ok(events)
+        events
     }
 
     /// Checks a block of samples without taking it in.
@@ -70,7 +78,8 @@ impl Intake {
     }
 
     fn is_clipped(&self, raw: &ImuSample) -> bool {
-        raw.specific_force.amax() >= self.accel_limit || raw.angular_rate.amax() >= self.gyro_limit
+        let reached = |v: &Vector3<f64>, limit: f64| (v.x.abs() >= limit) | (v.y.abs() >= limit) | (v.z.abs() >= limit);
+        reached(&raw.specific_force, self.accel_limit) | reached(&raw.angular_rate, self.gyro_limit)
     }
 }
 

@@ -173,6 +173,18 @@ impl Navigator {
     pub fn advance(&mut self, raw: &ImuSample) -> Result<bool, Error> {
         self.check_running()?;
         let events = self.intake.accept(raw)?;
+        self.take(raw, events)
+    }
+
+    /// As [`Navigator::advance`], with a sample of a block that [`Navigator::check_block`] found good.
+    #[inline]
+    pub(crate) fn advance_checked(&mut self, raw: &ImuSample) -> Result<bool, Error> {
+        let events = self.intake.admit(raw);
+        self.take(raw, events)
+    }
+
+    #[inline]
+    fn take(&mut self, raw: &ImuSample, events: Reasons) -> Result<bool, Error> {
         let sample = self.calibrator.apply(raw);
         self.first_time.get_or_insert(sample.time);
         self.newest = Some(sample);
@@ -191,7 +203,7 @@ impl Navigator {
         self.check_block(block)?;
         let mut solutions = Trajectory::with_capacity(block.len());
         for raw in block {
-            if self.advance(raw)? {
+            if self.advance_checked(raw)? {
                 solutions.extend(self.latest());
             }
         }
@@ -376,13 +388,22 @@ impl Navigator {
     fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
-        let found = if self.smoother.is_none() && self.strides.is_none() {
-            walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?
-        } else {
-            let strides = self.strides.as_mut().map(Measured::journal);
-            let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
-            walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?
-        };
+        if self.smoother.is_some() || self.strides.is_some() {
+            return self.solve_with_journal(arrived, decision);
+        }
+        let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?;
+        self.reasons_so_far |= found.reasons;
+        self.latest = Some(walk.solution(found));
+        Ok(true)
+    }
+
+    /// The same for those who need to know what the filter did.
+    fn solve_with_journal(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
+        let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
+        let strides = self.strides.as_mut().map(Measured::journal);
+        let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
+        let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?;
         self.reasons_so_far |= found.reasons;
         let solution = walk.solution(found);
         Ok(self.hold_back(solution))
@@ -396,7 +417,6 @@ impl Navigator {
     }
 
     /// Lets those who wait for what comes later take the filter's newest solution, and answers whether one came out.
-    #[inline]
     fn hold_back(&mut self, found: Solution) -> bool {
         if let Some(strides) = &mut self.strides {
             strides.push(&found, self.phase.covariance());
@@ -412,7 +432,6 @@ impl Navigator {
     }
 
     /// A solution comes out.
-    #[inline]
     fn hand_out(&mut self, solution: Solution) {
         if let Some(strides) = &mut self.strides {
             strides.come_out(&solution);

@@ -49,6 +49,7 @@ type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyR
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<batch::PyBatch>()?;
+    module.add_class::<navigator::PyColumns>()?;
     module.add_class::<navigator::PyNavigator>()?;
     module.add_function(wrap_pyfunction!(default_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;
@@ -152,6 +153,10 @@ fn rows((t, accel, gyro): &Columns<'_>) -> PyResult<Vec<ImuSample>> {
             accel.shape(),
             gyro.shape()
         )));
+    }
+    if let (Some(t), Some(accel), Some(gyro)) = (t.as_slice(), accel.as_slice(), gyro.as_slice()) {
+        let vectors = accel.as_chunks::<3>().0.iter().zip(gyro.as_chunks::<3>().0);
+        return Ok(t.iter().zip(vectors).map(|(&t, (&accel, &gyro))| ImuSample::new(t, accel, gyro)).collect());
     }
     let row = |k: usize| {
         let at = |m: &numpy::ndarray::ArrayView2<'_, f64>| [m[(k, 0)], m[(k, 1)], m[(k, 2)]];

@@ -117,7 +117,11 @@ impl Strapdown {
     #[inline]
     pub fn increments(&self, previous: &ImuSample, current: &ImuSample) -> Increments {
         let dt = current.time - previous.time;
-        let before = 0.5 * self.bridged(previous, current);
+        let bridged = self.bridged(previous, current);
+        if bridged == 0.0 {
+            return Increments { dt, angle: dt * current.angular_rate, velocity: dt * current.specific_force };
+        }
+        let before = 0.5 * bridged;
         let own = dt - before;
         Increments {
             dt,

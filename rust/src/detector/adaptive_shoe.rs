@@ -10,6 +10,7 @@
 use std::collections::VecDeque;
 
 use crate::config::AdaptiveShoeConfig;
+use crate::detector::extremes::{Extremes, SlidingExtremes};
 use crate::detector::shoe::ShoeStatistic;
 use crate::detector::window::samples;
 use crate::detector::{Decision, Detector};
@@ -21,9 +22,7 @@ use crate::sample::ImuSample;
 #[derive(Clone, Debug)]
 pub struct AdaptiveShoe {
     statistic: ShoeStatistic,
-    minimum: SlidingMinimum,
-    /// Of the statistics with their sign reversed: minus their maximum.
-    reversed_minimum: SlidingMinimum,
+    around: SlidingExtremes,
     /// Statistics whose look-ahead is not complete.
     waiting: VecDeque<f64>,
     look_ahead: usize,
@@ -41,8 +40,7 @@ impl AdaptiveShoe {
         let span = samples(config.look_behind * rate_hz) + 1 + look_ahead;
         Self {
             statistic: ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity),
-            minimum: SlidingMinimum::new(span),
-            reversed_minimum: SlidingMinimum::new(span),
+            around: SlidingExtremes::new(span),
             waiting: VecDeque::with_capacity(look_ahead + 1),
             look_ahead,
             factor: config.factor,
@@ -53,19 +51,17 @@ impl AdaptiveShoe {
     }
 
     fn take_in(&mut self, statistic: f64) -> Option<Decision> {
-        self.minimum.push(statistic);
-        self.reversed_minimum.push(-statistic);
+        let around = self.around.push(statistic);
         self.waiting.push_back(statistic);
         if self.waiting.len() <= self.look_ahead {
             return None;
         }
-        self.waiting.pop_front().map(|statistic| self.decide(statistic))
+        self.waiting.pop_front().map(|statistic| self.decide(statistic, &around))
     }
 
-    fn decide(&self, statistic: f64) -> Decision {
-        let below_swing = self.reversed_minimum.get().map_or(f64::NAN, |reversed| -self.contrast * reversed);
-        let threshold = self.minimum.get().map_or(f64::NAN, |minimum| self.factor * minimum);
-        Decision::up_to(threshold.min(below_swing).max(self.floor).min(self.ceiling), statistic)
+    fn decide(&self, statistic: f64, around: &Extremes) -> Decision {
+        let threshold = (self.factor * around.least).min(self.contrast * around.greatest);
+        Decision::up_to(threshold.max(self.floor).min(self.ceiling), statistic)
     }
 }
 
@@ -84,77 +80,13 @@ impl Detector for AdaptiveShoe {
                 return Some(decision);
             }
         }
-        self.minimum.advance();
-        self.reversed_minimum.advance();
-        self.waiting.pop_front().map(|statistic| self.decide(statistic))
+        let around = self.around.push(f64::NAN);
+        self.waiting.pop_front().map(|statistic| self.decide(statistic, &around))
     }
 
     fn reset(&mut self) {
         self.statistic.reset();
-        self.minimum.reset();
-        self.reversed_minimum.reset();
+        self.around.reset();
         self.waiting.clear();
-    }
-}
-
-/// The least of the last `span` values, in constant time on average: values that can never be the minimum again are dropped.
-#[derive(Clone, Debug)]
-struct SlidingMinimum {
-    span: u64,
-    next: u64,
-    candidates: VecDeque<(u64, f64)>,
-}
-
-impl SlidingMinimum {
-    fn new(span: usize) -> Self {
-        Self { span: span as u64, next: 0, candidates: VecDeque::with_capacity(span) }
-    }
-
-    /// Takes the next value; NaN only makes the window move on.
-    fn push(&mut self, value: f64) {
-        self.advance();
-        if value.is_nan() {
-            return;
-        }
-        while self.candidates.back().is_some_and(|&(_, candidate)| candidate >= value) {
-            self.candidates.pop_back();
-        }
-        self.candidates.push_back((self.next, value));
-    }
-
-    /// Moves the window on by one.
-    fn advance(&mut self) {
-        self.next += 1;
-        while self.candidates.front().is_some_and(|&(index, _)| index + self.span <= self.next) {
-            self.candidates.pop_front();
-        }
-    }
-
-    fn get(&self) -> Option<f64> {
-        self.candidates.front().map(|&(_, value)| value)
-    }
-
-    fn reset(&mut self) {
-        self.next = 0;
-        self.candidates.clear();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn the_sliding_minimum_is_the_minimum_of_the_window(values in prop::collection::vec(0.0..9.0, 1..60), span in 1usize..12) {
-            let mut sliding = SlidingMinimum::new(span);
-            for end in 1..=values.len() {
-                sliding.push(values[end - 1]);
-                let window = &values[end.saturating_sub(span)..end];
-                prop_assert_eq!(sliding.get(), window.iter().copied().reduce(f64::min));
-            }
-        }
     }
 }

@@ -11,9 +11,10 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::kernel::{self, Packed, Rows, Shears, Upper, WhiteGain, at};
+use super::kernel::{self, Errors, Packed, Prediction, Rows, Upper, WhiteGain, at};
 use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
+use super::transition::Transition;
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +69,16 @@ impl Covariance {
         dense
     }
 
+    /// P becomes F P Fᵀ + Q, where Q is the same independent variance for each state of a block, in the order of the blocks.
+    ///
+    /// On an Earth that turns, what was added is turned with the rest.
+    #[inline]
+    pub fn predict(&mut self, transition: &Transition, noise: &[f64; BLOCKS]) {
+        let (half, tilt, bias) = transition.shears();
+        kernel::predict(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
+        transition.turn_with_earth(self);
+    }
+
     /// Adds the same independent variance to each state of a block.
     #[inline]
     pub fn add_variance(&mut self, block: Block, variance: f64) {
@@ -92,11 +103,11 @@ impl Covariance {
         gate: f64,
     ) -> (Update, Option<Observation>) {
         let mut used = None;
-        let update = self.observe_with(block, innovation, variance, gate, |observation| used = Some(*observation));
+        let update = self.observe_with(block, innovation, variance, gate, |observation, _| used = Some(*observation));
         (update, used)
     }
 
-    /// As [`Covariance::observe`], but the observation, which is large, is only shown to `learn`.
+    /// As [`Covariance::observe`], but the observation, which is large, is only shown to `learn`, with the errors that it tells of.
     #[inline]
     pub(super) fn observe_with(
         &mut self,
@@ -104,7 +115,7 @@ impl Covariance {
         innovation: &Vector3<f64>,
         variance: f64,
         gate: f64,
-        learn: impl FnOnce(&Observation),
+        learn: impl FnOnce(&Observation, &ErrorStates),
     ) -> Update {
         let b = block.index();
         let innovation_covariance = self.get(b, b) + Matrix3::from_diagonal_element(variance);
@@ -129,7 +140,7 @@ impl Covariance {
         let mut along_axis = Vector3::zeros();
         along_axis[axis] = innovation;
         let mut used = None;
-        let update = self.observe_white(block, whitener, &along_axis, gate, |observation| used = Some(*observation));
+        let update = self.observe_white(block, whitener, &along_axis, gate, |observation, _| used = Some(*observation));
         (update, used)
     }
 
@@ -141,7 +152,7 @@ impl Covariance {
         whitener: Option<Matrix3<f64>>,
         innovation: &Vector3<f64>,
         gate: f64,
-        learn: impl FnOnce(&Observation),
+        learn: impl FnOnce(&Observation, &ErrorStates),
     ) -> Update {
         let Some(whitener) = whitener else {
             return Update { distance: f64::INFINITY, accepted: false };
@@ -152,8 +163,9 @@ impl Covariance {
             return Update { distance, accepted: false };
         }
         let mut observation = Observation { block, white_gain: WhiteGain::default(), whitener, white_innovation };
-        kernel::reduce(&mut self.upper, block.index(), &whitener, &mut observation.white_gain);
-        learn(&observation);
+        let (white_gain, mut errors) = (&mut observation.white_gain, Errors::default());
+        kernel::reduce(&mut self.upper, block.index(), &whitener, &white_innovation, white_gain, &mut errors);
+        learn(&observation, &ErrorStates(errors.map(|[x, y, z, _]| Vector3::new(x, y, z))));
         Update { distance, accepted: true }
     }
 
@@ -205,14 +217,14 @@ impl Covariance {
     /// The first state whose variance is not positive and finite, with that variance.
     #[inline]
     pub(crate) fn first_not_positive(&self) -> Option<(&'static str, f64)> {
-        let (mut positive, mut sum) = (true, 0.0);
+        let (mut least, mut sum) = (f64::INFINITY, 0.0);
         for block in Block::ALL {
             for &variance in &self.diagonal(block) {
-                positive &= variance > 0.0;
+                least = if variance < least { variance } else { least };
                 sum += variance;
             }
         }
-        if positive && sum < f64::INFINITY { None } else { self.find_not_positive() }
+        if least > 0.0 && sum < f64::INFINITY { None } else { self.find_not_positive() }
     }
 
     #[cold]
@@ -264,11 +276,6 @@ impl Linear for Covariance {
             let gain = m * self.get(b, k) - self.get(b, k);
             self.add(b, k, &gain);
         }
-    }
-
-    #[inline]
-    fn move_on(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
-        kernel::predict(&mut self.upper, &Shears { half, tilt: tilt.into(), bias: bias.into() });
     }
 }
 

@@ -5,7 +5,10 @@
 //!
 //! Everything here is inlined by force into the two functions that [`super::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
 //!
-//! The prediction applies the five shears of [`super::transition`] in one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction `P - Vᵀ V`.
+//! The prediction applies the five shears of [`super::transition`] and adds the process noise in one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction
+//! `P - Vᵀ V`.
+//!
+//! A vector that is loaded soon after a part of it was stored must wait until the store is done; so whole vectors are stored, and those of other numbers are put together in registers.
 
 use std::ops::{Index, IndexMut};
 
@@ -82,7 +85,7 @@ impl Rows {
     }
 
     /// Adds to the diagonal.
-    #[inline(always)]
+    #[inline]
     pub(super) fn add_diagonal(&mut self, values: [f64; 3]) {
         for (k, value) in values.into_iter().enumerate() {
             self.0[k][k] += value;
@@ -143,6 +146,21 @@ impl<L: Lanes> Loaded<L> {
         Self::zero().plus(0.5, self).stored()
     }
 
+    /// `selfᵀ y`.
+    #[inline(always)]
+    fn combined(self, y: &Vector3<f64>) -> L {
+        let [a, b, c] = self.0;
+        L::of([0.0; 3]).plus(y.x, a).plus(y.y, b).plus(y.z, c)
+    }
+
+    /// `self + value I`.
+    #[inline(always)]
+    fn plus_diagonal(self, value: f64) -> Self {
+        let [a, b, c] = self.0;
+        let of = |x, y, z| L::of([x, y, z]);
+        Self([a.plus(value, of(1.0, 0.0, 0.0)), b.plus(value, of(0.0, 1.0, 0.0)), c.plus(value, of(0.0, 0.0, 1.0))])
+    }
+
     /// `self + (half + halfᵀ)`, in this order, which keeps a symmetric block symmetric to the bit.
     #[inline(always)]
     fn plus_both(self, half: Self) -> Self {
@@ -159,6 +177,21 @@ impl<L: Lanes> Loaded<L> {
             b.plus(j[0], x).plus(j[1], y).plus(j[2], z),
             c.plus(k[0], x).plus(k[1], y).plus(k[2], z),
         ])
+    }
+
+    /// `left self`, where all above the diagonal of `left` is zero.
+    #[inline(always)]
+    fn times_lower(self, Rows(left): &Rows) -> Self {
+        let (zero, [x, y, z]) = (L::of([0.0; 3]), self.0);
+        let [i, j, k] = left;
+        Self([zero.plus(i[0], x), zero.plus(j[0], x).plus(j[1], y), zero.plus(k[0], x).plus(k[1], y).plus(k[2], z)])
+    }
+
+    /// `self + [v×] right`.
+    #[inline(always)]
+    fn plus_cross(self, v: &Vector3<f64>, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([a.plus(v.y, z).plus(-v.z, y), b.plus(v.z, x).plus(-v.x, z), c.plus(v.x, y).plus(-v.y, x)])
     }
 
     /// `self - leftᵀ right`.
@@ -184,64 +217,78 @@ fn load_at<L: Lanes>(p: &Upper, i: usize, j: usize) -> Loaded<L> {
     if i <= j { load(&p[at(i, j)]) } else { load(&p[at(j, i)]).transpose() }
 }
 
-/// The shears of one transition: half the interval, what a tilt and what a bias turn into velocity.
-pub(super) struct Shears {
+/// The matrix [v×]ᵀ.
+#[inline(always)]
+fn cross_transposed<L: Lanes>(v: &Vector3<f64>) -> Loaded<L> {
+    Loaded([L::of([0.0, v.z, -v.y]), L::of([-v.z, 0.0, v.x]), L::of([v.y, -v.x, 0.0])])
+}
+
+/// One transition, and the variance that each block gains in it.
+pub(super) struct Prediction<'a> {
+    /// Half the interval: what a velocity turns into position, twice.
     pub(super) half: f64,
-    pub(super) tilt: Rows,
-    pub(super) bias: Rows,
+    /// The vector s of [s×], what a tilt turns into velocity.
+    pub(super) tilt: Vector3<f64>,
+    /// What a bias turns into velocity or attitude.
+    pub(super) bias: &'a Matrix3<f64>,
+    pub(super) noise: &'a [f64; BLOCKS],
 }
 
-/// P becomes F P Fᵀ.
+/// P becomes F P Fᵀ + Q.
 #[inline]
-pub(super) fn predict(p: &mut Upper, shears: &Shears) {
-    dispatch(Prediction { p, shears });
+pub(super) fn predict(p: &mut Upper, prediction: &Prediction<'_>) {
+    dispatch((p, prediction));
 }
 
-struct Prediction<'a> {
-    p: &'a mut Upper,
-    shears: &'a Shears,
-}
-
-impl Work for Prediction<'_> {
+impl Work for (&mut Upper, &Prediction<'_>) {
     /// Letters are blocks: position, velocity, attitude, gyroscope bias and accelerometer bias are `p v a w f`.
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Shears { half, tilt, bias } = self.shears;
-        let (half, tilt_transposed, bias_transposed) =
-            (*half, load::<L>(tilt).transpose(), load::<L>(bias).transpose());
-        let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = &mut self.p.0;
+        let (Upper(p), &Prediction { half, tilt, bias, noise }) = self;
+        let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = p;
+        let tilt_transposed = cross_transposed::<L>(&tilt);
+        let bias_transposed = Loaded::<L>(bias.data.0.map(L::of));
+        let (tilt, bias) = (&tilt, &Rows::from(bias));
 
         load::<L>(pa).plus(half, load(va)).store(pa);
-        load::<L>(pw).plus(half, load(vw)).store(pw);
         load::<L>(pf).plus(half, load(vf)).store(pf);
         let first = load::<L>(pv).plus(0.5 * half, load(vv));
         let between = load::<L>(pv).plus(half, load(vv));
         let between = between.plus_product(pa, tilt_transposed).plus_product(pf, bias_transposed);
 
-        let to_a = Loaded::<L>::zero().plus_product(tilt, load(aa)).plus_product(bias, load(af).transpose());
-        let to_f = Loaded::<L>::zero().plus_product(tilt, load(af)).plus_product(bias, load(ff));
+        let to_a = Loaded::<L>::zero().plus_cross(tilt, load(aa)).plus_product(bias, load(af).transpose());
+        let to_f = Loaded::<L>::zero().plus_cross(tilt, load(af)).plus_product(bias, load(ff));
         let own = Loaded::<L>::zero()
             .plus_product(&load::<L>(va).plus(0.5, to_a).stored(), tilt_transposed)
             .plus_product(&load::<L>(vf).plus(0.5, to_f).stored(), bias_transposed);
-        load::<L>(vv).plus_both(own).store(vv);
-        load::<L>(va).plus(1.0, to_a).store(va);
-        load::<L>(vf).plus(1.0, to_f).store(vf);
-        load::<L>(vw).plus_product(tilt, load(aw)).plus_product(bias, load(wf).transpose()).store(vw);
+        let sheared = load::<L>(vv).plus_both(own);
+        let second = between.plus(0.5 * half, sheared);
+        load::<L>(pp)
+            .plus_both(Loaded::<L>::zero().plus(half, first).plus(half, second))
+            .plus_diagonal(noise[0])
+            .store(pp);
+        between.plus(half, sheared).store(pv);
+        sheared.plus_diagonal(noise[1]).store(vv);
 
-        let second = between.plus(0.5 * half, load(vv));
-        load::<L>(pp).plus_both(Loaded::<L>::zero().plus(half, first).plus(half, second)).store(pp);
-        between.plus(half, load(vv)).store(pv);
-        load::<L>(pa).plus(half, load(va)).store(pa);
-        load::<L>(pw).plus(half, load(vw)).store(pw);
-        load::<L>(pf).plus(half, load(vf)).store(pf);
+        let gained = load::<L>(vf).plus(1.0, to_f);
+        gained.store(vf);
+        load::<L>(pf).plus(half, gained).store(pf);
+        let before = load::<L>(vw);
+        let gained = before.plus_cross(tilt, load(aw)).plus_product(bias, load(wf).transpose());
+        gained.store(vw);
+        let gained_twice = load::<L>(pw).plus(half, before).plus(half, gained);
+        gained_twice.store(pw);
 
-        load::<L>(pa).plus_product(pw, bias_transposed).store(pa);
-        load::<L>(va).plus_product(vw, bias_transposed).store(va);
+        let va_gained = load::<L>(va).plus(1.0, to_a);
+        load::<L>(pa).plus(half, va_gained).plus_product(pw, bias_transposed).store(pa);
+        va_gained.plus_product(vw, bias_transposed).store(va);
         let to_w = Loaded::<L>::zero().plus_product(bias, load(ww));
         let own = Loaded::<L>::zero().plus_product(&load::<L>(aw).plus(0.5, to_w).stored(), bias_transposed);
-        load::<L>(aa).plus_both(own).store(aa);
+        load::<L>(aa).plus_both(own).plus_diagonal(noise[2]).store(aa);
         load::<L>(aw).plus(1.0, to_w).store(aw);
         load::<L>(af).plus_product(bias, load(wf)).store(af);
+        load::<L>(ww).plus_diagonal(noise[3]).store(ww);
+        load::<L>(ff).plus_diagonal(noise[4]).store(ff);
     }
 }
 
@@ -289,38 +336,45 @@ impl WhiteGain {
         Matrix3::from(&self.0[index].transpose())
     }
 
-    /// W y: the errors that a whitened innovation tells of.
-    #[inline]
+    /// Vᵀ y: the errors that a whitened innovation tells of.
     pub(super) fn errors(&self, y: &Vector3<f64>) -> [Vector3<f64>; BLOCKS] {
-        let mut errors = [Vector3::zeros(); BLOCKS];
-        for (errors, Rows([i, j, k])) in errors.iter_mut().zip(&self.0) {
-            for n in 0..3 {
-                errors[n] = i[n] * y.x + j[n] * y.y + k[n] * y.z;
-            }
-        }
-        errors
+        std::array::from_fn(|k| self.block(k) * y)
     }
 }
 
-/// P becomes P - Vᵀ V, where the whitener is L⁻¹ and b the observed block; V is left in `gain`.
+/// Errors block by block: three numbers and a zero.
+pub(super) type Errors = [[f64; 4]; BLOCKS];
+
+/// P becomes P - Vᵀ V, where the whitener is the lower triangle L⁻¹ and b the observed block; V is left in `gain`, and the errors Vᵀ y that the whitened innovation y tells of in `errors`.
 #[inline]
-pub(super) fn reduce(p: &mut Upper, b: usize, whitener: &Matrix3<f64>, gain: &mut WhiteGain) {
-    dispatch(Reduction { p, b, whitener: &whitener.into(), gain });
+pub(super) fn reduce(
+    p: &mut Upper,
+    b: usize,
+    whitener: &Matrix3<f64>,
+    y: &Vector3<f64>,
+    gain: &mut WhiteGain,
+    errors: &mut Errors,
+) {
+    dispatch(Reduction { p, b, whitener: &whitener.into(), y, gain, errors });
 }
 
 struct Reduction<'a> {
     p: &'a mut Upper,
     b: usize,
     whitener: &'a Rows,
+    y: &'a Vector3<f64>,
     gain: &'a mut WhiteGain,
+    errors: &'a mut Errors,
 }
 
 impl Work for Reduction<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { p, b, whitener, gain: WhiteGain(gain) } = self;
-        for (k, block) in gain.iter_mut().enumerate() {
-            Loaded::<L>::zero().plus_product(whitener, load_at(p, b, k)).store(block);
+        let Self { p, b, whitener, y, gain: WhiteGain(gain), errors } = self;
+        for (k, (block, errors)) in gain.iter_mut().zip(errors).enumerate() {
+            let v = load_at::<L>(p, b, k).times_lower(whitener);
+            v.store(block);
+            v.combined(y).store(errors);
         }
         let mut upper = p.0.iter_mut();
         for (i, left) in gain.iter().enumerate() {
@@ -339,6 +393,7 @@ mod tests {
     use super::*;
     use crate::filter::lanes::Baseline;
     use crate::filter::states::{Block, STATES};
+    use crate::rotation::cross_matrix;
 
     type Dense = SMatrix<f64, STATES, STATES>;
 
@@ -398,15 +453,23 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_prediction_is_the_dense_congruence_on_any_lanes(dense in positive(), half in 0.001..0.5, tilt in matrices(), bias in matrices()) {
-            let shears = Shears { half, tilt: Rows::from(&tilt), bias: Rows::from(&bias) };
+        fn the_prediction_is_the_dense_congruence_on_any_lanes(
+            dense in positive(),
+            half in 0.001..0.5,
+            tilt in [-2.0..2.0, -2.0..2.0, -2.0..2.0],
+            bias in matrices(),
+            noise in [0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0],
+        ) {
+            let tilt = Vector3::from(tilt);
+            let prediction = Prediction { half, tilt, bias: &bias, noise: &noise };
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
-            predict(&mut best, &shears);
-            Prediction { p: &mut baseline, shears: &shears }.run::<Baseline>();
+            predict(&mut best, &prediction);
+            (&mut baseline, &prediction).run::<Baseline>();
             let position = shear(POSITION, VELOCITY, &Matrix3::from_diagonal_element(half));
             let f = shear(ATTITUDE, GYRO_BIAS, &bias)
-                * position * shear(VELOCITY, ACCEL_BIAS, &bias) * shear(VELOCITY, ATTITUDE, &tilt) * position;
-            let expected = f * dense * f.transpose();
+                * position * shear(VELOCITY, ACCEL_BIAS, &bias) * shear(VELOCITY, ATTITUDE, &cross_matrix(&tilt)) * position;
+            let q = Dense::from_fn(|i, j| if i == j { noise[i / BLOCK] } else { 0.0 });
+            let expected = f * dense * f.transpose() + q;
             for moved in [best, baseline] {
                 prop_assert!(difference(&moved, &expected) < 1e-11);
                 assert_diagonal_blocks_are_symmetric(&moved);
@@ -417,18 +480,20 @@ mod tests {
         fn the_reduction_is_the_dense_product_on_any_lanes(dense in positive(), b in 0..BLOCKS, whitener in matrices()) {
             let whitener = 0.3 * whitener.lower_triangle();
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
-            let mut gain = WhiteGain::default();
-            Reduction { p: &mut baseline, b, whitener: &Rows::from(&whitener), gain: &mut gain }.run::<Baseline>();
-            reduce(&mut best, b, &whitener, &mut gain);
+            let (mut gain, mut errors) = (WhiteGain::default(), Errors::default());
+            let y = &Vector3::new(0.1, -0.2, 0.3);
+            let rows = Rows::from(&whitener);
+            Reduction { p: &mut baseline, b, whitener: &rows, y, gain: &mut gain, errors: &mut errors }.run::<Baseline>();
+            reduce(&mut best, b, &whitener, y, &mut gain, &mut errors);
             let v = whitener * dense.fixed_rows::<BLOCK>(BLOCK * b);
             let expected = dense - v.transpose() * v;
             for reduced in [best, baseline] {
                 prop_assert!(difference(&reduced, &expected) < 1e-11);
                 assert_diagonal_blocks_are_symmetric(&reduced);
             }
-            let y = Vector3::new(0.1, -0.2, 0.3);
-            for (k, errors) in gain.errors(&y).iter().enumerate() {
-                prop_assert!((errors - v.fixed_columns::<BLOCK>(BLOCK * k).transpose() * y).norm() < 1e-12);
+            for (k, &[e0, e1, e2, zero]) in errors.iter().enumerate() {
+                prop_assert!((Vector3::new(e0, e1, e2) - v.fixed_columns::<BLOCK>(BLOCK * k).transpose() * y).norm() < 1e-12);
+                prop_assert_eq!(zero, 0.0);
             }
         }
     }

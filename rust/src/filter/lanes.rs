@@ -12,6 +12,9 @@ use std::sync::OnceLock;
 pub(super) trait Lanes: Copy {
     fn load(numbers: &[f64; 4]) -> Self;
 
+    /// Three numbers and a zero.
+    fn of(numbers: [f64; 3]) -> Self;
+
     fn store(self, numbers: &mut [f64; 4]);
 
     /// `self + factor * other`.
@@ -60,6 +63,11 @@ impl Lanes for Baseline {
     }
 
     #[inline(always)]
+    fn of([x, y, z]: [f64; 3]) -> Self {
+        Self(wide::f64x4::new([x, y, z, 0.0]))
+    }
+
+    #[inline(always)]
     fn store(self, numbers: &mut [f64; 4]) {
         *numbers = self.0.to_array();
     }
@@ -82,7 +90,7 @@ impl Lanes for Baseline {
 mod avx {
     use std::arch::x86_64::{
         __m256d, _mm256_blend_pd, _mm256_fmadd_pd, _mm256_loadu_pd, _mm256_permute2f128_pd, _mm256_set1_pd,
-        _mm256_setzero_pd, _mm256_storeu_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+        _mm256_setr_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
     };
 
     use super::{Lanes, Work, has_avx};
@@ -108,6 +116,12 @@ mod avx {
         fn load(numbers: &[f64; 4]) -> Self {
             // SAFETY: four numbers are read where there are four; the processor has AVX.
             Self(unsafe { _mm256_loadu_pd(numbers.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn of([x, y, z]: [f64; 3]) -> Self {
+            // SAFETY: the processor has AVX.
+            Self(unsafe { _mm256_setr_pd(x, y, z, 0.0) })
         }
 
         #[inline(always)]

@@ -51,17 +51,6 @@ pub trait Linear {
 
     /// The states of `block` become `m` times themselves.
     fn transform(&mut self, block: Block, m: &Matrix3<f64>);
-
-    /// One step of a foot on an Earth at rest: position gains velocity for `half` of the interval, before and after velocity gained what `tilt` and `bias` make of the attitude and the
-    /// accelerometer's bias; then the attitude gains what `bias` makes of the gyroscope's.
-    #[inline]
-    fn move_on(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
-        self.add_scaled(Block::Position, Block::Velocity, half);
-        self.add_transformed(Block::Velocity, Block::Attitude, tilt);
-        self.add_transformed(Block::Velocity, Block::AccelBias, bias);
-        self.add_scaled(Block::Position, Block::Velocity, half);
-        self.add_transformed(Block::Attitude, Block::GyroBias, bias);
-    }
 }
 
 /// Error states, or what is conjugate to them.

@@ -27,9 +27,25 @@ impl Transition {
     }
 
     /// `x` becomes F x; a covariance becomes F P Fᵀ.
-    #[inline]
     pub fn apply(&self, x: &mut impl Linear) {
-        x.move_on(0.5 * self.dt, &self.tilt(), &self.bias());
+        let (half, tilt, bias) = self.shears();
+        x.add_scaled(Block::Position, Block::Velocity, half);
+        x.add_transformed(Block::Velocity, Block::Attitude, &rotation::cross_matrix(&tilt));
+        x.add_transformed(Block::Velocity, Block::AccelBias, &bias);
+        x.add_scaled(Block::Position, Block::Velocity, half);
+        x.add_transformed(Block::Attitude, Block::GyroBias, &bias);
+        self.turn_with_earth(x);
+    }
+
+    /// What velocity turns into position twice, s; the vector s of [s×], which turns a tilt into velocity, m/s; and the matrix that turns a bias into velocity or attitude, s.
+    #[inline]
+    pub(super) fn shears(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
+        (0.5 * self.dt, -self.dt * self.specific_force, -self.dt * self.attitude)
+    }
+
+    /// The last step: the Earth turned.
+    #[inline]
+    pub(super) fn turn_with_earth(&self, x: &mut impl Linear) {
         if let Some((velocity, attitude)) = self.turn() {
             x.transform(Block::Velocity, &velocity);
             x.transform(Block::Attitude, &attitude);
@@ -42,23 +58,12 @@ impl Transition {
             x.transform(Block::Attitude, &attitude.transpose());
             x.transform(Block::Velocity, &velocity.transpose());
         }
-        x.add_transformed(Block::GyroBias, Block::Attitude, &self.bias().transpose());
-        x.add_scaled(Block::Velocity, Block::Position, 0.5 * self.dt);
-        x.add_transformed(Block::AccelBias, Block::Velocity, &self.bias().transpose());
-        x.add_transformed(Block::Attitude, Block::Velocity, &self.tilt().transpose());
-        x.add_scaled(Block::Velocity, Block::Position, 0.5 * self.dt);
-    }
-
-    /// What a tilt turns into velocity.
-    #[inline]
-    fn tilt(&self) -> Matrix3<f64> {
-        -self.dt * rotation::cross_matrix(&self.specific_force)
-    }
-
-    /// What a bias turns into velocity or attitude.
-    #[inline]
-    fn bias(&self) -> Matrix3<f64> {
-        -self.dt * self.attitude
+        let (half, tilt, bias) = self.shears();
+        x.add_transformed(Block::GyroBias, Block::Attitude, &bias.transpose());
+        x.add_scaled(Block::Velocity, Block::Position, half);
+        x.add_transformed(Block::AccelBias, Block::Velocity, &bias.transpose());
+        x.add_transformed(Block::Attitude, Block::Velocity, &rotation::cross_matrix(&tilt).transpose());
+        x.add_scaled(Block::Velocity, Block::Position, half);
     }
 
     /// How the Earth turns velocity and attitude; none when it is at rest.

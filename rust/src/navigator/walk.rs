@@ -105,7 +105,7 @@ impl Walk {
             monitor.zero_angular_rate(update.accepted);
         }
         self.filter.check()?;
-        let reasons = monitor.assess(sample.time, *events, self.filter.tilt_std());
+        let reasons = monitor.assess(sample.time, *events, || self.filter.tilt_std());
         Ok(Finding { zero_velocity: stationary, reasons })
     }
 

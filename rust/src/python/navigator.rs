@@ -1,6 +1,7 @@
 //! `footnav._core.Navigator`.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -17,8 +18,35 @@ use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
 
-/// Columns of the states that came out, and fields of the health that they came out in.
-type Answer<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
+/// The states that came out, and the health that they came out in; a column becomes an array when it is asked for.
+#[pyclass(frozen, name = "Columns", module = "footnav._core")]
+pub(super) struct PyColumns {
+    states: Trajectory,
+    health: Health,
+}
+
+#[pymethods]
+impl PyColumns {
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let states = &self.states;
+        Ok(match name {
+            "t" => PyArray1::from_slice(py, &states.time).into_any(),
+            "position" => matrix(py, states.position.clone())?.into_any(),
+            "velocity" => matrix(py, states.velocity.clone())?.into_any(),
+            "quaternion" => matrix(py, states.quaternion.clone())?.into_any(),
+            "zero_velocity" => PyArray1::from_slice(py, &states.zero_velocity).into_any(),
+            "position_std" => matrix(py, states.position_std.clone())?.into_any(),
+            "gyro_bias" => matrix(py, states.gyro_bias.clone())?.into_any(),
+            "accel_bias" => matrix(py, states.accel_bias.clone())?.into_any(),
+            "reasons" => PyArray1::from_iter(py, states.reasons.iter().map(Reasons::bits)).into_any(),
+            _ => return Err(PyKeyError::new_err(name.to_owned())),
+        })
+    }
+
+    fn health<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        health_fields(py, &self.health)
+    }
+}
 
 /// The core's navigator; `footnav.Navigator` dresses its columns as Python objects.
 #[pyclass(frozen, subclass, name = "Navigator", module = "footnav._core")]
@@ -52,28 +80,28 @@ impl PyNavigator {
     }
 
     #[pyo3(name = "_push_columns")]
-    fn push_columns<'py>(
+    fn push_columns(
         &self,
-        py: Python<'py>,
-        t: PyReadonlyArray1<'py, f64>,
-        accel: PyReadonlyArray2<'py, f64>,
-        gyro: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Answer<'py>> {
+        py: Python<'_>,
+        t: PyReadonlyArray1<'_, f64>,
+        accel: PyReadonlyArray2<'_, f64>,
+        gyro: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<PyColumns> {
         self.check(py)?;
         let samples = rows(&(t, accel, gyro))?;
         let navigator = &mut **self.inner.lock()?;
         let solutions = py.detach(|| navigator.push_block(&samples));
         self.check(py)?;
-        Ok((columns(py, solutions?)?, health_fields(py, &navigator.health())?))
+        Ok(PyColumns { states: solutions?, health: navigator.health() })
     }
 
     #[pyo3(name = "_flush_columns")]
-    fn flush_columns<'py>(&self, py: Python<'py>) -> PyResult<Answer<'py>> {
+    fn flush_columns(&self, py: Python<'_>) -> PyResult<PyColumns> {
         self.check(py)?;
         let navigator = &mut **self.inner.lock()?;
         let solutions = py.detach(|| navigator.flush());
         self.check(py)?;
-        Ok((columns(py, solutions?)?, health_fields(py, &navigator.health())?))
+        Ok(PyColumns { states: solutions?, health: navigator.health() })
     }
 
     #[pyo3(name = "_stride_columns")]
