@@ -24,13 +24,15 @@ use crate::sample::ImuSample;
 use crate::strapdown::{NavState, Step};
 
 mod accelerometer_attitude;
+#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
+#[expect(clippy::many_single_char_names, reason = "rows of blocks")]
+mod blocks;
 pub(crate) mod cloned;
 pub mod covariance;
 pub(crate) mod journal;
-#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
-#[expect(clippy::many_single_char_names, reason = "numbers and blocks of matrices")]
+#[expect(clippy::inline_always, reason = "as the blocks")]
 mod kernel;
-#[expect(clippy::inline_always, reason = "as the kernel")]
+#[expect(clippy::inline_always, reason = "as the blocks")]
 mod lanes;
 pub mod observation;
 pub mod states;

@@ -11,7 +11,8 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::kernel::{self, Packed, Rows, Shears, Upper, WhiteGain, at};
+use super::blocks::{Packed, Rows, Upper, at};
+use super::kernel::{self, Shears, WhiteGain};
 use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
 
