@@ -17,7 +17,7 @@
 //! - D. S. Colomar, J.-O. Nilsson, P. Händel, "Smoothing for ZUPT-aided INSs", IPIN 2012: smoothing step by step.
 
 mod delayed;
+mod later;
 mod segment;
 
 pub(crate) use delayed::Smoother;
-pub(crate) use segment::Segment;

@@ -7,7 +7,7 @@
 
 use std::ops::{Index, IndexMut};
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::lanes::Lanes;
 use super::states::BLOCKS;
@@ -19,19 +19,6 @@ const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Upper(pub(super) [Rows; UPPER]);
-
-/// The same without the zeros and at home in any memory: for keeping many.
-pub(super) type Packed = [[[f64; 3]; 3]; UPPER];
-
-impl Upper {
-    pub(super) fn packed(&self) -> Packed {
-        self.0.map(|Rows(rows)| rows.map(|[x, y, z, _]| [x, y, z]))
-    }
-
-    pub(super) fn unpacked(packed: &Packed) -> Self {
-        Self(packed.map(|rows| Rows(rows.map(|[x, y, z]| [x, y, z, 0.0]))))
-    }
-}
 
 impl Index<usize> for Upper {
     type Output = Rows;
@@ -157,6 +144,31 @@ impl<L: Lanes> Loaded<L> {
             b.plus(j[0], x).plus(j[1], y).plus(j[2], z),
             c.plus(k[0], x).plus(k[1], y).plus(k[2], z),
         ])
+    }
+
+    /// `self + leftᵀ right`.
+    #[inline(always)]
+    pub(super) fn plus_transposed_product(self, Rows([i, j, k]): &Rows, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([
+            a.plus(i[0], x).plus(j[0], y).plus(k[0], z),
+            b.plus(i[1], x).plus(j[1], y).plus(k[1], z),
+            c.plus(i[2], x).plus(j[2], y).plus(k[2], z),
+        ])
+    }
+
+    /// `row + leftᵀ self`, where left is a column.
+    #[inline(always)]
+    pub(super) fn plus_row_product(self, row: L, left: &Vector3<f64>) -> L {
+        let [a, b, c] = self.0;
+        row.plus(left.x, a).plus(left.y, b).plus(left.z, c)
+    }
+
+    /// `row` plus the sums of the columns of `self * other`, number by number.
+    #[inline(always)]
+    pub(super) fn plus_column_products(self, row: L, other: Self) -> L {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        row.plus_times(a, x).plus_times(b, y).plus_times(c, z)
     }
 
     /// `self - leftᵀ right`.

@@ -107,12 +107,22 @@ impl Work for Shear<'_> {
 
 /// What an observation of one block changes: `V = L⁻¹ P_b`, a row of blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct WhiteGain([Rows; BLOCKS]);
+pub(super) struct WhiteGain(pub(super) [Rows; BLOCKS]);
 
 impl WhiteGain {
     /// A block of Vᵀ, the white gain W of the observation.
     pub(super) fn block(&self, index: usize) -> Matrix3<f64> {
         Matrix3::from(&self.0[index].transpose())
+    }
+
+    /// Adds Wᵀ λ to `white`.
+    #[inline]
+    pub(super) fn add_seen(&self, costate: &[Vector3<f64>; BLOCKS], white: &mut Vector3<f64>) {
+        for (part, Rows(rows)) in costate.iter().zip(&self.0) {
+            for (white, row) in white.iter_mut().zip(rows) {
+                *white += row[0] * part.x + row[1] * part.y + row[2] * part.z;
+            }
+        }
     }
 
     /// W y: the errors that a whitened innovation tells of.

@@ -9,6 +9,19 @@ use super::states::{Block, Linear};
 use crate::rotation;
 use crate::strapdown::Step;
 
+/// Variances that a step adds to the errors, the same on each axis; what is added is independent of all that was before.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// Of the velocity, m²/s².
+    pub velocity: f64,
+    /// Of the attitude, rad².
+    pub attitude: f64,
+    /// Of the gyroscope's bias, rad²/s².
+    pub gyro_bias: f64,
+    /// Of the accelerometer's bias, m²/s⁴.
+    pub accel_bias: f64,
+}
+
 /// The transition over one step of the mechanization.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
@@ -37,16 +50,13 @@ impl Transition {
     }
 
     /// `x` becomes Fᵀ x; an information matrix becomes Fᵀ Λ F.
+    #[inline]
     pub fn apply_transposed(&self, x: &mut impl Linear) {
         if let Some((velocity, attitude)) = self.turn() {
             x.transform(Block::Attitude, &attitude.transpose());
             x.transform(Block::Velocity, &velocity.transpose());
         }
-        x.add_transformed(Block::GyroBias, Block::Attitude, &self.bias().transpose());
-        x.add_scaled(Block::Velocity, Block::Position, 0.5 * self.dt);
-        x.add_transformed(Block::AccelBias, Block::Velocity, &self.bias().transpose());
-        x.add_transformed(Block::Attitude, Block::Velocity, &self.tilt().transpose());
-        x.add_scaled(Block::Velocity, Block::Position, 0.5 * self.dt);
+        x.move_back(0.5 * self.dt, &self.tilt(), &self.bias());
     }
 
     /// What a tilt turns into velocity.
