@@ -62,6 +62,7 @@ impl Batch {
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<(), Error> {
         self.navigator.check_block(block)?;
         self.trajectory.reserve(block.len());
+        self.navigator.reserve(block.len());
         for raw in block {
             if self.navigator.advance(raw)? {
                 self.keep_latest();

@@ -25,6 +25,7 @@ use crate::strapdown::{NavState, Step};
 
 mod accelerometer_attitude;
 #[expect(clippy::inline_always, reason = "as the blocks")]
+#[expect(clippy::many_single_char_names, reason = "as the blocks")]
 mod backward_kernel;
 #[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
 #[expect(clippy::many_single_char_names, reason = "rows of blocks")]

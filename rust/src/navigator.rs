@@ -235,6 +235,11 @@ impl Navigator {
         Ok(left)
     }
 
+    /// Makes room for solutions that have to wait for the end of the data.
+    pub(crate) fn reserve(&mut self, solutions: usize) {
+        self.smoother.iter_mut().for_each(|smoother| smoother.reserve(solutions));
+    }
+
     /// Does some of what has to wait for the end of the data, for about `rows` solutions; answers whether all of it is done, and [`Navigator::drain`] has only to hand out.
     ///
     /// # Errors

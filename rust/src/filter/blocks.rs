@@ -157,18 +157,32 @@ impl<L: Lanes> Loaded<L> {
         ])
     }
 
-    /// `row + leftᵀ self`, where left is a column.
+    /// `row + leftᵀ self`, where `left` is a column.
     #[inline(always)]
     pub(super) fn plus_row_product(self, row: L, left: &Vector3<f64>) -> L {
         let [a, b, c] = self.0;
         row.plus(left.x, a).plus(left.y, b).plus(left.z, c)
     }
 
-    /// `row` plus the sums of the columns of `self * other`, number by number.
+    /// `row` plus the sum of the rows of `self` times those of `other`, number by number: the diagonal of `selfᵀ other`.
     #[inline(always)]
-    pub(super) fn plus_column_products(self, row: L, other: Self) -> L {
+    pub(super) fn plus_inner_products(self, row: L, other: Self) -> L {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);
         row.plus_times(a, x).plus_times(b, y).plus_times(c, z)
+    }
+
+    /// `self` plus the rows of `other` times `row`, number by number: what adds up to `other rowᵀ`.
+    #[inline(always)]
+    pub(super) fn plus_spread_product(self, Rows([i, j, k]): &Rows, row: L) -> Self {
+        let [a, b, c] = self.0;
+        Self([a.plus_times(L::load(i), row), b.plus_times(L::load(j), row), c.plus_times(L::load(k), row)])
+    }
+
+    /// The sum of the numbers of each row.
+    #[inline(always)]
+    pub(super) fn sums(self) -> L {
+        let [a, b, c] = self.transpose().0;
+        a.plus(1.0, b).plus(1.0, c)
     }
 
     /// `self - leftᵀ right`.

@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::backward_kernel;
 use super::blocks::{Rows, Upper, at};
 use super::kernel::{self, Shears, WhiteGain};
-use super::observation::{Observation, Observed, Update};
+use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
 use super::transition::Noise;
 
@@ -169,13 +169,11 @@ impl Covariance {
         self.add_variance(Block::AccelBias, noise.accel_bias);
     }
 
-    /// Takes an observation once more, from the same covariance as the first time.
+    /// Takes an observation once more, from the same covariance as the first time, and finds its gain.
     #[inline]
-    pub(crate) fn observe_again(&mut self, observed: &Observed) -> Observation {
-        let Observed { block, whitener, white_innovation } = *observed;
-        let mut observation = Observation { block, white_gain: WhiteGain::default(), whitener, white_innovation };
-        kernel::reduce(&mut self.upper, block.index(), &whitener, &mut observation.white_gain);
-        observation
+    pub(crate) fn observe_again(&mut self, observation: &mut Observation) {
+        let Observation { block, whitener, white_gain, .. } = observation;
+        kernel::reduce(&mut self.upper, block.index(), whitener, white_gain);
     }
 
     /// An information matrix Λ goes back over an observation.

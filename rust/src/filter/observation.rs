@@ -66,6 +66,13 @@ impl Observation {
         information.go_back_over(self.block, &self.whitener, &self.white_gain);
     }
 
+    /// What was observed before, its gain still to be found: see [`Covariance::observe_again`].
+    #[inline]
+    pub(crate) fn again(observed: &Observed) -> Self {
+        let Observed { block, whitener, white_innovation } = *observed;
+        Self { block, white_gain: WhiteGain::default(), whitener, white_innovation }
+    }
+
     /// What it takes to observe the same again.
     #[must_use]
     #[inline]

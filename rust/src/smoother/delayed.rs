@@ -41,6 +41,14 @@ impl Smoother {
         Self { delay: None, solutions: VecDeque::new(), smoothed: 0, open: Segment::default(), in_stance: false }
     }
 
+    /// Makes room for this many more solutions if they have to wait for the end.
+    pub(crate) fn reserve(&mut self, solutions: usize) {
+        if self.waits_for_end() {
+            self.solutions.reserve(solutions);
+            self.open.reserve(solutions);
+        }
+    }
+
     /// Number of samples by which a solution is held back.
     pub(crate) fn delay(&self) -> usize {
         self.delay.unwrap_or(0)

@@ -11,7 +11,7 @@ use crate::filter::transition::{Noise, Transition};
 use crate::navigator::Solution;
 
 /// Number of solutions from one covariance that is kept to the next; those between are found again from the steps.
-pub(crate) const WINDOW: usize = 32;
+pub(crate) const WINDOW: usize = 64;
 
 /// The steps that led from each solution of a stretch of the walk to the next.
 #[derive(Debug, Default)]
@@ -71,15 +71,20 @@ impl Journal for Segment {
 }
 
 impl Segment {
-    /// With room for the steps of this many solutions, each with a transition and two observations.
+    /// With room for the steps of this many solutions.
     pub(crate) fn with_capacity(solutions: usize) -> Self {
-        Self {
-            steps: Vec::with_capacity(3 * solutions),
-            rows: Vec::with_capacity(solutions),
-            checkpoints: Vec::with_capacity(solutions.div_ceil(WINDOW)),
-            window: Window { covariances: Vec::with_capacity(WINDOW), observations: Vec::with_capacity(2 * WINDOW) },
-            later: Later::default(),
-        }
+        let mut segment = Self::default();
+        segment.reserve(solutions);
+        segment.window.covariances.reserve(WINDOW);
+        segment.window.observations.reserve(2 * WINDOW);
+        segment
+    }
+
+    /// Makes room for the steps of this many more solutions: each has a transition, and a few have more than two observations.
+    pub(crate) fn reserve(&mut self, solutions: usize) {
+        self.steps.reserve(3 * solutions);
+        self.rows.reserve(solutions);
+        self.checkpoints.reserve(solutions.div_ceil(WINDOW));
     }
 
     /// The steps since the last solution led to one whose errors have this covariance.
@@ -106,20 +111,20 @@ impl Segment {
         let Some(covariance) = self.checkpoints.pop() else { return };
         let first = WINDOW * self.checkpoints.len();
         self.window.go_forward(covariance, &self.rows[first..], &self.steps);
-        for (solution, covariance) in solutions.zip(self.window.covariances.drain(..).rev()) {
-            let Some(steps) = self.rows.pop() else { return };
-            for step in self.steps.drain(steps..).rev() {
+        let mut observations = self.window.observations.iter().rev();
+        for (solution, covariance) in solutions.zip(self.window.covariances.iter().rev()) {
+            let Some(start) = self.rows.pop() else { return };
+            for step in self.steps[start..].iter().rev() {
                 match step {
-                    Step::Transition(transition, _) => self.later.transition(&transition),
+                    Step::Transition(transition, _) => self.later.transition(transition),
                     Step::Doubt(..) => {}
-                    Step::Tie(m) => self.later.tie(&m),
-                    Step::Observation(_) => {
-                        self.window.observations.pop().iter().for_each(|one| self.later.observation(one));
-                    }
-                    Step::Forget(block, _) => self.later.forget(block),
+                    Step::Tie(m) => self.later.tie(m),
+                    Step::Observation(_) => observations.next().into_iter().for_each(|one| self.later.observation(one)),
+                    Step::Forget(block, _) => self.later.forget(*block),
                 }
             }
-            self.later.improve(solution, &covariance);
+            self.steps.truncate(start);
+            self.later.improve(solution, covariance);
         }
         if self.rows.is_empty() {
             self.later = Later::default();
@@ -130,6 +135,7 @@ impl Segment {
 impl Window {
     /// Takes the filter's steps from the covariance of the first row once more.
     fn go_forward(&mut self, mut p: Covariance, rows: &[usize], steps: &[Step]) {
+        self.covariances.clear();
         self.observations.clear();
         let ends = rows[1..].iter().copied().chain([steps.len()]);
         for (&start, end) in rows.iter().zip(ends) {
@@ -142,7 +148,10 @@ impl Window {
                     }
                     Step::Doubt(block, variance) => p.add_variance(*block, *variance),
                     Step::Tie(m) => p.add_transformed(Block::Attitude, Block::AccelBias, m),
-                    Step::Observation(observed) => self.observations.push(p.observe_again(observed)),
+                    Step::Observation(observed) => {
+                        self.observations.push(Observation::again(observed));
+                        self.observations.last_mut().into_iter().for_each(|one| p.observe_again(one));
+                    }
                     Step::Forget(block, variances) => p.forget(*block, variances),
                 }
             }
@@ -178,6 +187,14 @@ mod tests {
         block: Block,
         axis: Option<usize>,
         reading: Vector3<f64>,
+    }
+
+    impl Move {
+        /// The same in less time, so that many of them stay within what the linear model can tell.
+        fn in_a_few_milliseconds(mut self) -> Self {
+            self.step.dt = 0.005;
+            self
+        }
     }
 
     fn vectors(range: std::ops::Range<f64>) -> impl Strategy<Value = Vector3<f64>> {
@@ -338,6 +355,12 @@ mod tests {
         solutions
     }
 
+    #[test]
+    fn a_step_takes_the_memory_that_the_documentation_says() {
+        assert_eq!((size_of::<Step>(), size_of::<Solution>()), (168, 168));
+        assert_eq!(size_of::<Covariance>() / WINDOW + size_of::<usize>(), 30);
+    }
+
     proptest! {
         #[test]
         fn it_is_the_smoother_of_rauch_tung_and_striebel(moves in moves()) {
@@ -365,6 +388,22 @@ mod tests {
             walk(&mut followed, &moves, &rows);
             let twice = [&filtered[..], &filtered[..]].concat();
             prop_assert_eq!(&smooth(followed, twice)[..moves.len()], &smooth(alone, filtered)[..]);
+        }
+    }
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(8))]
+
+        #[test]
+        fn windows_change_nothing(moves in moves()) {
+            let moves: Vec<Move> = moves.into_iter().cycle().take(2 * WINDOW + 3).map(Move::in_a_few_milliseconds).collect();
+            let rows = dense_filter(&moves, States::zeros(), Dense::identity());
+            let mut segment = Segment::default();
+            let filtered = walk(&mut segment, &moves, &rows);
+            for (ours, (states_there, covariance)) in smooth(segment, filtered).iter().zip(dense_smoother(&rows)) {
+                prop_assert!((states(ours) - states_there).norm() < 1e-5 * SMALL.max(states_there.norm()));
+                let std = covariance.diagonal().fixed_rows::<3>(0).map(f64::sqrt);
+                prop_assert!((ours.position_std - std).norm() < 1e-8 * std.norm());
+            }
         }
     }
 }
