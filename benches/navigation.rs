@@ -11,7 +11,7 @@ use footnav::config::{
 use footnav::detector::decide_all;
 use footnav::filter::covariance::Covariance;
 use footnav::filter::states::Block;
-use footnav::filter::transition::Transition;
+use footnav::filter::transition::{Noise, Transition};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::strapdown::{Increments, MechanizationKind, NavState, Step, Strapdown};
 use footnav::{Config, ImuSample, Navigator, track};
@@ -70,10 +70,11 @@ fn covariance(criterion: &mut Criterion) {
     }
     let step = Step { dt: 1.0 / RATE, specific_force: Vector3::new(1.0, 2.0, 9.8), attitude: Matrix3::identity() };
     let transition = Transition::new(&step, &Vector3::zeros());
+    let noise = Noise { velocity: 1e-5, attitude: 1e-7, gyro_bias: 1e-10, accel_bias: 1e-8 };
     let dense = p.dense();
     let mut group = criterion.benchmark_group("covariance");
     group.bench_function("prediction", |bencher| {
-        bencher.iter_batched_ref(|| p.clone(), |p| transition.apply(p), BatchSize::SmallInput);
+        bencher.iter_batched_ref(|| p.clone(), |p| p.predict(&transition, &noise), BatchSize::SmallInput);
     });
     group.bench_function("prediction, dense", |bencher| {
         let f = Dense::identity() + 0.01 * Dense::repeat(1.0);

@@ -12,6 +12,9 @@ use crate::navigator::Navigator;
 use crate::sample::ImuSample;
 use crate::trajectory::Trajectory;
 
+/// Number of rows that a smoother goes back over at once.
+const ROWS_AT_ONCE: usize = 100_000;
+
 /// Tracks a recording that is handed over in blocks, and refines it as a whole once all of it is there.
 pub struct Batch {
     navigator: Navigator,
@@ -59,6 +62,7 @@ impl Batch {
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<(), Error> {
         self.navigator.check_block(block)?;
         self.trajectory.reserve(block.len());
+        self.navigator.reserve(block.len());
         for raw in block {
             if self.navigator.advance_checked(raw)? {
                 self.keep_latest();
@@ -75,6 +79,7 @@ impl Batch {
     /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
     /// [`crate::error::NumericalError`] when the filter cannot go on.
     pub fn finish(mut self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
+        while !self.navigator.go_back(ROWS_AT_ONCE)? {}
         while self.navigator.drain()?.is_some() {
             self.keep_latest();
         }

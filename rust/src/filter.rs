@@ -24,13 +24,18 @@ use crate::sample::ImuSample;
 use crate::strapdown::{NavState, Step};
 
 mod accelerometer_attitude;
+#[expect(clippy::inline_always, reason = "as the blocks")]
+#[expect(clippy::many_single_char_names, reason = "as the blocks")]
+mod backward_kernel;
+#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
+#[expect(clippy::many_single_char_names, reason = "rows of blocks")]
+mod blocks;
 pub(crate) mod cloned;
 pub mod covariance;
 pub(crate) mod journal;
-#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
-#[expect(clippy::many_single_char_names, reason = "numbers and blocks of matrices")]
+#[expect(clippy::inline_always, reason = "as the blocks")]
 mod kernel;
-#[expect(clippy::inline_always, reason = "as the kernel")]
+#[expect(clippy::inline_always, reason = "as the blocks")]
 mod lanes;
 pub mod observation;
 pub mod states;
@@ -39,8 +44,8 @@ pub mod transition;
 use covariance::Covariance;
 use journal::Journal;
 use observation::Update;
-use states::{BLOCKS, Block, ErrorStates, Linear};
-use transition::Transition;
+use states::{Block, ErrorStates, Linear};
+use transition::{Noise, Transition};
 
 /// Navigation state with the sensor biases that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,10 +80,15 @@ struct ProcessNoise {
 }
 
 impl ProcessNoise {
-    /// Variances that the blocks gain in an interval of `dt`, which what follows from the motion counts as `motion`, s.
+    /// Variances after `motion` (s) of what a foot in motion makes of the sensor's noise, and `dt` (s) of what its biases do.
     #[inline]
-    fn over(&self, motion: f64, dt: f64) -> [f64; BLOCKS] {
-        [0.0, self.velocity * motion, self.attitude * motion, self.gyro_bias * dt, self.accel_bias * dt]
+    fn over(&self, motion: f64, dt: f64) -> Noise {
+        Noise {
+            velocity: self.velocity * motion,
+            attitude: self.attitude * motion,
+            gyro_bias: self.gyro_bias * dt,
+            accel_bias: self.accel_bias * dt,
+        }
     }
 }
 
@@ -148,39 +158,50 @@ impl ErrorStateFilter {
     #[inline]
     pub(crate) fn predict(&mut self, step: &Step, clipped: bool, bridged: f64, journal: &mut impl Journal) {
         let transition = Transition::new(step, &self.earth_rate);
-        journal.transition(&transition);
         let motion = if clipped { self.clipped_factor * step.dt } else { step.dt };
-        self.covariance.predict(&transition, &self.noise.over(motion, step.dt));
+        let noise = self.noise.over(motion, step.dt);
+        journal.transition(&transition, &noise);
+        self.covariance.predict(&transition, &noise);
         if bridged > 0.0 {
-            self.doubt_bridge(bridged);
+            self.doubt_bridge(bridged, journal);
         }
     }
 
     /// What a straight line across a gap may miss: a twelfth of the curvature times the cube of the gap, and no more than a foot can do in that time.
-    fn doubt_bridge(&mut self, gap: f64) {
+    fn doubt_bridge(&mut self, gap: f64, journal: &mut impl Journal) {
         let missed = |curvature: f64, most: f64| (curvature * gap.powi(3) / 12.0).min(most * gap);
         let angle = missed(RATE_CURVATURE, FOOT_RATE);
         let velocity = missed(FORCE_CURVATURE, FOOT_FORCE) + 0.5 * self.gravity * angle * gap;
-        self.covariance.add_variance(Block::Attitude, angle.powi(2));
-        self.covariance.add_variance(Block::Velocity, velocity.powi(2));
-        self.covariance.add_variance(Block::Position, (0.5 * gap * velocity).powi(2));
+        self.doubt(Block::Attitude, angle.powi(2), journal);
+        self.doubt(Block::Velocity, velocity.powi(2), journal);
+        self.doubt(Block::Position, (0.5 * gap * velocity).powi(2), journal);
+    }
+
+    /// Adds independent errors of this `variance` to each state of a block.
+    fn doubt(&mut self, block: Block, variance: f64, journal: &mut impl Journal) {
+        self.covariance.add_variance(block, variance);
+        journal.doubt(block, variance);
+    }
+
+    /// What was known of a block is forgotten; its states have these `variances`.
+    fn forget(&mut self, block: Block, variances: &Vector3<f64>, journal: &mut impl Journal) {
+        self.covariance.forget(block, variances);
+        journal.forget(block, variances);
     }
 
     /// After a gap too long to be bridged: the foot is where it was, or as far away as one walks in `elapsed` (s), and may move.
     pub(crate) fn resume(&mut self, time: f64, elapsed: f64, journal: &mut impl Journal) {
-        for block in Block::ALL {
-            journal.forget(block);
-        }
         self.estimate.nav.time = time;
         self.estimate.nav.velocity = Vector3::zeros();
-        let mut p = Covariance::zero();
-        for block in [Block::Position, Block::GyroBias, Block::AccelBias] {
-            p.add_diagonal(block, &self.covariance.diagonal(block));
+        let walked = Vector3::repeat((WALKING_SPEED * elapsed).powi(2));
+        let position = self.covariance.diagonal(Block::Position) + walked;
+        self.forget(Block::Position, &position, journal);
+        self.forget(Block::Velocity, &Vector3::repeat(VELOCITY_STD_IN_MOTION.powi(2)), journal);
+        self.forget(Block::Attitude, &attitude_variances(TILT_STD_IN_MOTION, HEADING_STD_AFTER_GAP), journal);
+        for bias in [Block::GyroBias, Block::AccelBias] {
+            let variances = self.covariance.diagonal(bias);
+            self.forget(bias, &variances, journal);
         }
-        p.add_variance(Block::Position, (WALKING_SPEED * elapsed).powi(2));
-        p.add_variance(Block::Velocity, VELOCITY_STD_IN_MOTION.powi(2));
-        p.add_diagonal(Block::Attitude, &attitude_variances(TILT_STD_IN_MOTION, HEADING_STD_AFTER_GAP));
-        self.covariance = p;
     }
 
     /// Zero-velocity update: the velocity is zero up to a `variance` (m²/s²) on each axis.
@@ -190,7 +211,7 @@ impl ErrorStateFilter {
     pub(crate) fn zero_velocity(&mut self, variance: f64, insist: bool, journal: &mut impl Journal) -> Update {
         let innovation = -self.estimate.nav.velocity;
         if insist {
-            self.covariance.add_variance(Block::Velocity, innovation.norm_squared());
+            self.doubt(Block::Velocity, innovation.norm_squared(), journal);
         }
         self.observe(Block::Velocity, &innovation, variance, journal)
     }
@@ -242,9 +263,8 @@ impl ErrorStateFilter {
 
     /// Dead reckoning: the velocity is set to zero and nothing else is learned from it.
     pub(crate) fn stop(&mut self, variance: f64, journal: &mut impl Journal) {
-        journal.forget(Block::Velocity);
         self.estimate.nav.velocity = Vector3::zeros();
-        self.covariance.replace(Block::Velocity, variance);
+        self.forget(Block::Velocity, &Vector3::repeat(variance), journal);
     }
 
     /// The walk begins here.

@@ -247,6 +247,25 @@ impl Navigator {
         Ok(left)
     }
 
+    /// Makes room for solutions that have to wait for the end of the data.
+    pub(crate) fn reserve(&mut self, solutions: usize) {
+        self.smoother.iter_mut().for_each(|smoother| smoother.reserve(solutions));
+    }
+
+    /// Does some of what has to wait for the end of the data, for about `rows` solutions; answers whether all of it is done, and [`Navigator::drain`] has only to hand out.
+    ///
+    /// # Errors
+    /// [`NumericalError`] when the filter cannot go on.
+    pub(crate) fn go_back(&mut self, rows: usize) -> Result<bool, Error> {
+        if !self.smoother.as_ref().is_some_and(Smoother::waits_for_end) {
+            return Ok(true);
+        }
+        while let Some(decision) = self.detector.drain() {
+            self.release(&decision)?;
+        }
+        Ok(self.smoother.as_mut().is_none_or(|smoother| smoother.go_back(rows)))
+    }
+
     /// Forgets everything but the settings.
     pub fn reset(&mut self) {
         self.detector.reset();
@@ -421,10 +440,9 @@ impl Navigator {
         if let Some(strides) = &mut self.strides {
             strides.push(&found, self.phase.covariance());
         }
-        let due = match (&mut self.smoother, self.phase.covariance()) {
-            (None, _) => Some(found),
-            (Some(smoother), Some(covariance)) => smoother.push(&found, covariance),
-            (Some(smoother), None) => smoother.push(&found, &Covariance::zero()),
+        let due = match &mut self.smoother {
+            None => Some(found),
+            Some(smoother) => smoother.push(&found, self.phase.covariance()),
         };
         let Some(solution) = due else { return false };
         self.hand_out(solution);

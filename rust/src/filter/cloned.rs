@@ -13,13 +13,13 @@
 //! # References
 //! S. I. Roumeliotis, J. W. Burdick, "Stochastic Cloning: A Generalized Framework for Processing Relative State Measurements", ICRA 2002.
 
-use nalgebra::{Matrix3, Matrix3x4, Matrix4};
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3};
 
 use super::covariance::Covariance;
 use super::journal::Journal;
 use super::observation::Observation;
 use super::states::{BLOCKS, Block, Linear};
-use super::transition::Transition;
+use super::transition::{Noise, Transition};
 
 /// Pose errors of an instant before, and what the errors of now have to do with them.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,9 +86,12 @@ impl Linear for ClonedErrors {
 
 impl Journal for ClonedErrors {
     #[inline]
-    fn transition(&mut self, transition: &Transition) {
+    fn transition(&mut self, transition: &Transition, _: &Noise) {
         transition.apply(self);
     }
+
+    #[inline]
+    fn doubt(&mut self, _: Block, _: f64) {}
 
     #[inline]
     fn tie(&mut self, m: &Matrix3<f64>) {
@@ -101,14 +104,14 @@ impl Journal for ClonedErrors {
     }
 
     #[inline]
-    fn forget(&mut self, block: Block) {
+    fn forget(&mut self, block: Block, _: &Vector3<f64>) {
         self.block_mut(block).fill(0.0);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+    use nalgebra::{SMatrix, UnitQuaternion};
     use proptest::prelude::*;
 
     use super::*;
@@ -213,7 +216,7 @@ mod tests {
         fn of_filter(&self, p: &mut Covariance, journal: &mut impl Journal) {
             let transition = self.transition();
             transition.apply(p);
-            journal.transition(&transition);
+            journal.transition(&transition, &Noise::default());
             if let Some(m) = self.tie() {
                 p.add_transformed(Block::Attitude, Block::AccelBias, &m);
                 journal.tie(&m);
@@ -221,7 +224,7 @@ mod tests {
             add_to_all(p, NOISE);
             if self.forgets {
                 p.replace(self.block, 1.0);
-                journal.forget(self.block);
+                journal.forget(self.block, &Vector3::repeat(1.0));
                 return;
             }
             let (_, observation) = match self.axis {

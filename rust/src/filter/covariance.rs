@@ -11,10 +11,12 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::kernel::{self, Errors, Packed, Prediction, Rows, Upper, WhiteGain, at};
+use super::backward_kernel;
+use super::blocks::{Rows, Upper, at};
+use super::kernel::{self, Errors, Prediction, WhiteGain};
 use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
-use super::transition::Transition;
+use super::transition::{Noise, Transition};
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,21 +24,7 @@ pub struct Covariance {
     upper: Upper,
 }
 
-/// A covariance that is kept for later, in less memory.
-#[derive(Clone, Debug)]
-pub(crate) struct PackedCovariance(Packed);
-
-impl PackedCovariance {
-    pub(crate) fn unpacked(&self) -> Covariance {
-        Covariance { upper: Upper::unpacked(&self.0) }
-    }
-}
-
 impl Covariance {
-    pub(crate) fn packed(&self) -> PackedCovariance {
-        PackedCovariance(self.upper.packed())
-    }
-
     /// No uncertainty at all.
     #[must_use]
     pub fn zero() -> Self {
@@ -69,11 +57,11 @@ impl Covariance {
         dense
     }
 
-    /// P becomes F P Fᵀ + Q, where Q is the same independent variance for each state of a block, in the order of the blocks.
+    /// P becomes F P Fᵀ + Q, with the `noise` on the diagonal of Q.
     ///
     /// On an Earth that turns, what was added is turned with the rest.
     #[inline]
-    pub fn predict(&mut self, transition: &Transition, noise: &[f64; BLOCKS]) {
+    pub fn predict(&mut self, transition: &Transition, noise: &Noise) {
         let (half, tilt, bias) = transition.shears();
         kernel::predict(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
         transition.turn_with_earth(self);
@@ -171,47 +159,37 @@ impl Covariance {
 
     /// The states of `block` are forgotten: independent of all others, with the same `variance` on each axis.
     pub fn replace(&mut self, block: Block, variance: f64) {
+        self.forget(block, &Vector3::repeat(variance));
+    }
+
+    /// As [`Covariance::replace`], with a variance for each axis.
+    pub(crate) fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
         let b = block.index();
         for k in 0..BLOCKS {
             self.upper[at(k.min(b), k.max(b))] = Rows::default();
         }
-        self.add_variance(block, variance);
+        self.add_diagonal(block, variances);
     }
 
-    /// P x.
+    /// Takes an observation once more, from the same covariance as the first time, and finds its gain.
+    #[inline]
+    pub(crate) fn observe_again(&mut self, observation: &mut Observation) {
+        let Observation { block, whitener, white_innovation, white_gain } = observation;
+        kernel::reduce(&mut self.upper, block.index(), whitener, white_innovation, white_gain, &mut Errors::default());
+    }
+
+    /// An information matrix Λ goes back over an observation.
+    #[inline]
+    pub(super) fn go_back_over(&mut self, block: Block, whitener: &Matrix3<f64>, gain: &WhiteGain) {
+        backward_kernel::observe(&mut self.upper, block.index(), whitener, &gain.0);
+    }
+
+    /// P λ, and what the `information` Λ that came later takes off the variances of the position: the diagonal of that block of P Λ P.
     #[must_use]
-    pub fn times_states(&self, x: &ErrorStates) -> ErrorStates {
-        let row = |i: usize| (0..BLOCKS).map(|j| self.get(i, j) * x.0[j]).sum();
-        ErrorStates(std::array::from_fn(row))
-    }
-
-    /// P times a column of blocks.
-    pub(super) fn times(&self, column: &[Matrix3<f64>; BLOCKS]) -> [Matrix3<f64>; BLOCKS] {
-        let row = |i: usize| (0..BLOCKS).map(|j| self.get(i, j) * column[j]).sum();
-        std::array::from_fn(row)
-    }
-
-    /// Takes `column` off the column of blocks of `block` and its transpose off the row, and adds the symmetric `own` to the diagonal block.
-    pub(super) fn reduce_block(&mut self, block: Block, column: &[Matrix3<f64>; BLOCKS], own: &Matrix3<f64>) {
-        let b = block.index();
-        for k in (0..BLOCKS).filter(|&k| k != b) {
-            self.add(k, b, &-column[k]);
-        }
-        let change = 0.5 * own - column[b];
-        self.add_own(b, &(change + change.transpose()));
-    }
-
-    /// Diagonal of the block of `block` in P - P Λ P: the variances once the `information` Λ that came later is used too.
-    #[must_use]
-    pub fn diagonal_given(&self, block: Block, information: &Self) -> Vector3<f64> {
-        let b = block.index();
-        let column: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.get(k, b));
-        let seen = information.times(&column);
-        let mut known = Vector3::zeros();
-        for (column, seen) in column.iter().zip(&seen) {
-            known += (column.transpose() * seen).diagonal();
-        }
-        self.diagonal(block) - known
+    #[inline]
+    pub(crate) fn smoothing(&self, costate: &ErrorStates, information: &Self) -> (ErrorStates, Vector3<f64>) {
+        let (errors, known) = backward_kernel::smooth(&self.upper, &costate.0, &information.upper);
+        (ErrorStates(errors), known)
     }
 
     /// The first state whose variance is not positive and finite, with that variance.
@@ -248,13 +226,6 @@ impl Covariance {
         let block = &mut self.upper[at(i.min(j), i.max(j))];
         *block = Rows::from(&(Matrix3::from(&*block) + upper));
     }
-
-    /// Adds the symmetric `gain` to the block (i, i).
-    #[inline]
-    fn add_own(&mut self, i: usize, gain: &Matrix3<f64>) {
-        let block = &mut self.upper[at(i, i)];
-        *block = Rows::from(&(Matrix3::from(&*block) + gain));
-    }
 }
 
 /// P becomes (I + E) P (I + E)ᵀ, where E has one block.
@@ -276,6 +247,11 @@ impl Linear for Covariance {
             let gain = m * self.get(b, k) - self.get(b, k);
             self.add(b, k, &gain);
         }
+    }
+
+    #[inline]
+    fn move_back(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
+        backward_kernel::predict(&mut self.upper, half, &tilt.into(), &bias.into());
     }
 }
 

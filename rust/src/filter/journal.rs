@@ -1,15 +1,18 @@
-//! What the filter did to the errors, step by step, for a smoother that goes back over it and for errors that were cloned on the way.
+//! What the filter did to the errors, step by step, for a smoother that goes over it again and for errors that were cloned on the way.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::observation::Observation;
 use super::states::Block;
-use super::transition::Transition;
+use super::transition::{Noise, Transition};
 
-/// Takes down the filter's steps in their order.  What is merely added to the covariance is not among them: it is independent of all that was before.
+/// Takes down the filter's steps in their order.
 pub(crate) trait Journal {
-    /// The errors moved on.
-    fn transition(&mut self, transition: &Transition);
+    /// The errors moved on, and `noise` was added to them.
+    fn transition(&mut self, transition: &Transition, noise: &Noise);
+
+    /// Independent errors of this `variance` were added to each state of a block.
+    fn doubt(&mut self, block: Block, variance: f64);
 
     /// The attitude errors gained `m` times the accelerometer bias errors.
     fn tie(&mut self, m: &Matrix3<f64>);
@@ -17,16 +20,23 @@ pub(crate) trait Journal {
     /// An observation was used.
     fn observation(&mut self, observation: &Observation);
 
-    /// What was known of a block was forgotten: nothing that comes later tells of what it was before.
-    fn forget(&mut self, block: Block);
+    /// What was known of a block was forgotten, and its states have these `variances`: nothing that comes later tells of what they were before.
+    fn forget(&mut self, block: Block, variances: &Vector3<f64>);
 }
 
 /// Nobody reads it, or somebody may.
 impl<J: Journal> Journal for Option<&mut J> {
     #[inline]
-    fn transition(&mut self, transition: &Transition) {
+    fn transition(&mut self, transition: &Transition, noise: &Noise) {
         if let Some(journal) = self {
-            journal.transition(transition);
+            journal.transition(transition, noise);
+        }
+    }
+
+    #[inline]
+    fn doubt(&mut self, block: Block, variance: f64) {
+        if let Some(journal) = self {
+            journal.doubt(block, variance);
         }
     }
 
@@ -45,9 +55,9 @@ impl<J: Journal> Journal for Option<&mut J> {
     }
 
     #[inline]
-    fn forget(&mut self, block: Block) {
+    fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
         if let Some(journal) = self {
-            journal.forget(block);
+            journal.forget(block, variances);
         }
     }
 }
@@ -55,9 +65,15 @@ impl<J: Journal> Journal for Option<&mut J> {
 /// Two that read along.
 impl<A: Journal, B: Journal> Journal for (A, B) {
     #[inline]
-    fn transition(&mut self, transition: &Transition) {
-        self.0.transition(transition);
-        self.1.transition(transition);
+    fn transition(&mut self, transition: &Transition, noise: &Noise) {
+        self.0.transition(transition, noise);
+        self.1.transition(transition, noise);
+    }
+
+    #[inline]
+    fn doubt(&mut self, block: Block, variance: f64) {
+        self.0.doubt(block, variance);
+        self.1.doubt(block, variance);
     }
 
     #[inline]
@@ -73,16 +89,19 @@ impl<A: Journal, B: Journal> Journal for (A, B) {
     }
 
     #[inline]
-    fn forget(&mut self, block: Block) {
-        self.0.forget(block);
-        self.1.forget(block);
+    fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
+        self.0.forget(block, variances);
+        self.1.forget(block, variances);
     }
 }
 
 /// No journal.
 impl Journal for () {
     #[inline]
-    fn transition(&mut self, _: &Transition) {}
+    fn transition(&mut self, _: &Transition, _: &Noise) {}
+
+    #[inline]
+    fn doubt(&mut self, _: Block, _: f64) {}
 
     #[inline]
     fn tie(&mut self, _: &Matrix3<f64>) {}
@@ -91,5 +110,5 @@ impl Journal for () {
     fn observation(&mut self, _: &Observation) {}
 
     #[inline]
-    fn forget(&mut self, _: Block) {}
+    fn forget(&mut self, _: Block, _: &Vector3<f64>) {}
 }

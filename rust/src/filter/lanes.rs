@@ -21,6 +21,10 @@ pub(super) trait Lanes: Copy {
     #[must_use]
     fn plus(self, factor: f64, other: Self) -> Self;
 
+    /// `self + a * b`, number by number.
+    #[must_use]
+    fn plus_times(self, a: Self, b: Self) -> Self;
+
     /// The transpose of three rows; the fourth number of each is zero before and after.
     #[must_use]
     fn transpose(rows: [Self; 3]) -> [Self; 3];
@@ -75,6 +79,11 @@ impl Lanes for Baseline {
     #[inline(always)]
     fn plus(self, factor: f64, other: Self) -> Self {
         Self(other.0.mul_add(wide::f64x4::splat(factor), self.0))
+    }
+
+    #[inline(always)]
+    fn plus_times(self, a: Self, b: Self) -> Self {
+        Self(a.0.mul_add(b.0, self.0))
     }
 
     #[inline(always)]
@@ -134,6 +143,12 @@ mod avx {
         fn plus(self, factor: f64, other: Self) -> Self {
             // SAFETY: the processor has AVX and FMA.
             Self(unsafe { _mm256_fmadd_pd(_mm256_set1_pd(factor), other.0, self.0) })
+        }
+
+        #[inline(always)]
+        fn plus_times(self, a: Self, b: Self) -> Self {
+            // SAFETY: the processor has AVX and FMA.
+            Self(unsafe { _mm256_fmadd_pd(a.0, b.0, self.0) })
         }
 
         #[inline(always)]

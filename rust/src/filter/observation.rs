@@ -27,6 +27,14 @@ pub struct Observation {
     pub(super) white_innovation: Vector3<f64>,
 }
 
+/// What was observed, without its gain: that follows from the covariance at the time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Observed {
+    pub(super) block: Block,
+    pub(super) whitener: Matrix3<f64>,
+    pub(super) white_innovation: Vector3<f64>,
+}
+
 impl Observation {
     /// The estimated errors K y.
     #[must_use]
@@ -45,22 +53,30 @@ impl Observation {
     }
 
     /// Carries the costate of the errors λ from after the observation to before it: (I - K H)ᵀ λ - Hᵀ S⁻¹ y.
+    #[inline]
     pub fn costate_before(&self, costate: &mut ErrorStates) {
         let mut white = self.white_innovation;
-        for (k, part) in costate.0.iter().enumerate() {
-            white += self.white_gain.block(k).transpose() * part;
-        }
+        self.white_gain.add_seen(&costate.0, &mut white);
         *costate.block_mut(self.block) -= self.whitener.transpose() * white;
     }
 
     /// Carries the information Λ of what is still to come from after the observation to before it: (I - K H)ᵀ Λ (I - K H) + Hᵀ S⁻¹ H.
+    #[inline]
     pub fn information_before(&self, information: &mut Covariance) {
-        let gain: [Matrix3<f64>; BLOCKS] = std::array::from_fn(|k| self.white_gain.block(k) * self.whitener);
-        let seen = information.times(&gain);
-        let mut own = self.whitener.transpose() * self.whitener;
-        for (gain, seen) in gain.iter().zip(&seen) {
-            own += gain.transpose() * seen;
-        }
-        information.reduce_block(self.block, &seen, &own);
+        information.go_back_over(self.block, &self.whitener, &self.white_gain);
+    }
+
+    /// What was observed before, its gain still to be found: see [`Covariance::observe_again`].
+    #[inline]
+    pub(crate) fn again(observed: &Observed) -> Self {
+        let Observed { block, whitener, white_innovation } = *observed;
+        Self { block, white_gain: WhiteGain::default(), whitener, white_innovation }
+    }
+
+    /// What it takes to observe the same again.
+    #[must_use]
+    #[inline]
+    pub(crate) fn observed(&self) -> Observed {
+        Observed { block: self.block, whitener: self.whitener, white_innovation: self.white_innovation }
     }
 }

@@ -51,6 +51,16 @@ pub trait Linear {
 
     /// The states of `block` become `m` times themselves.
     fn transform(&mut self, block: Block, m: &Matrix3<f64>);
+
+    /// The transpose of one step of a foot on an Earth at rest, shear by shear in the reverse order: see [`super::transition::Transition::apply`].
+    #[inline]
+    fn move_back(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
+        self.add_transformed(Block::GyroBias, Block::Attitude, &bias.transpose());
+        self.add_scaled(Block::Velocity, Block::Position, half);
+        self.add_transformed(Block::AccelBias, Block::Velocity, &bias.transpose());
+        self.add_transformed(Block::Attitude, Block::Velocity, &tilt.transpose());
+        self.add_scaled(Block::Velocity, Block::Position, half);
+    }
 }
 
 /// Error states, or what is conjugate to them.
@@ -78,16 +88,19 @@ impl std::ops::AddAssign for ErrorStates {
 }
 
 impl Linear for ErrorStates {
+    #[inline]
     fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
         let gain = m * self.block(source);
         *self.block_mut(target) += gain;
     }
 
+    #[inline]
     fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
         let gain = scale * self.block(source);
         *self.block_mut(target) += gain;
     }
 
+    #[inline]
     fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
         *self.block_mut(block) = m * self.block(block);
     }

@@ -9,6 +9,19 @@ use super::states::{Block, Linear};
 use crate::rotation;
 use crate::strapdown::Step;
 
+/// Variances that a step adds to the errors, the same on each axis; what is added is independent of all that was before.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// Of the velocity, m²/s².
+    pub velocity: f64,
+    /// Of the attitude, rad².
+    pub attitude: f64,
+    /// Of the gyroscope's bias, rad²/s².
+    pub gyro_bias: f64,
+    /// Of the accelerometer's bias, m²/s⁴.
+    pub accel_bias: f64,
+}
+
 /// The transition over one step of the mechanization.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
@@ -53,17 +66,14 @@ impl Transition {
     }
 
     /// `x` becomes Fᵀ x; an information matrix becomes Fᵀ Λ F.
+    #[inline]
     pub fn apply_transposed(&self, x: &mut impl Linear) {
         if let Some((velocity, attitude)) = self.turn() {
             x.transform(Block::Attitude, &attitude.transpose());
             x.transform(Block::Velocity, &velocity.transpose());
         }
         let (half, tilt, bias) = self.shears();
-        x.add_transformed(Block::GyroBias, Block::Attitude, &bias.transpose());
-        x.add_scaled(Block::Velocity, Block::Position, half);
-        x.add_transformed(Block::AccelBias, Block::Velocity, &bias.transpose());
-        x.add_transformed(Block::Attitude, Block::Velocity, &rotation::cross_matrix(&tilt).transpose());
-        x.add_scaled(Block::Velocity, Block::Position, half);
+        x.move_back(half, &rotation::cross_matrix(&tilt), &bias);
     }
 
     /// How the Earth turns velocity and attitude; none when it is at rest.

@@ -9,7 +9,7 @@ use crate::filter::covariance::Covariance;
 use crate::filter::journal::Journal;
 use crate::filter::observation::Observation;
 use crate::filter::states::Block;
-use crate::filter::transition::Transition;
+use crate::filter::transition::{Noise, Transition};
 use crate::strapdown::NavState;
 
 /// Time after the first sample of a stance within which a stride arrives, and before the last one within which the next departs, µs.
@@ -203,8 +203,13 @@ fn turning(before: &NavState, after: &NavState) -> f64 {
 
 impl Journal for Segmenter {
     #[inline]
-    fn transition(&mut self, transition: &Transition) {
-        self.cloned_errors().for_each(|errors| errors.transition(transition));
+    fn transition(&mut self, transition: &Transition, noise: &Noise) {
+        self.cloned_errors().for_each(|errors| errors.transition(transition, noise));
+    }
+
+    #[inline]
+    fn doubt(&mut self, block: Block, variance: f64) {
+        self.cloned_errors().for_each(|errors| errors.doubt(block, variance));
     }
 
     #[inline]
@@ -218,7 +223,7 @@ impl Journal for Segmenter {
     }
 
     #[inline]
-    fn forget(&mut self, block: Block) {
-        self.cloned_errors().for_each(|errors| errors.forget(block));
+    fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
+        self.cloned_errors().for_each(|errors| errors.forget(block, variances));
     }
 }

@@ -2,140 +2,159 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::filter::covariance::{Covariance, PackedCovariance};
+use super::later::Later;
+use crate::filter::covariance::Covariance;
 use crate::filter::journal::Journal;
-use crate::filter::observation::Observation;
-use crate::filter::states::{Block, ErrorStates, Linear};
-use crate::filter::transition::Transition;
+use crate::filter::observation::{Observation, Observed};
+use crate::filter::states::{Block, Linear};
+use crate::filter::transition::{Noise, Transition};
 use crate::navigator::Solution;
 
-/// The solutions of a stretch of the walk with the steps that led from each to the next.
+/// Number of solutions from one covariance that is kept to the next; those between are found again from the steps.
+pub(crate) const WINDOW: usize = 64;
+
+/// The steps that led from each solution of a stretch of the walk to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Segment {
-    rows: Vec<Row>,
     steps: Vec<Step>,
-    observations: Vec<Observation>,
-}
-
-/// A solution, the covariance of its errors, and how many steps had been taken by then.
-#[derive(Debug)]
-struct Row {
-    solution: Solution,
-    covariance: PackedCovariance,
-    steps: usize,
+    /// How many steps had been taken by each solution.
+    rows: Vec<usize>,
+    /// Covariance of the errors of the first solution of each window.
+    checkpoints: Vec<Covariance>,
+    window: Window,
+    later: Later,
 }
 
 /// One step of the filter.
 #[derive(Debug)]
 enum Step {
-    Transition(Transition),
+    Transition(Transition, Noise),
+    Doubt(Block, f64),
     Tie(Matrix3<f64>),
-    /// The next of the segment's observations.
-    Observation,
-    Forget(Block),
+    Observation(Observed),
+    Forget(Block, Vector3<f64>),
+}
+
+/// What the forward pass knew in one window, found again.
+#[derive(Debug, Default)]
+struct Window {
+    /// Of the errors of each solution.
+    covariances: Vec<Covariance>,
+    observations: Vec<Observation>,
 }
 
 impl Journal for Segment {
-    fn transition(&mut self, transition: &Transition) {
-        self.steps.push(Step::Transition(*transition));
+    #[inline]
+    fn transition(&mut self, transition: &Transition, noise: &Noise) {
+        self.steps.push(Step::Transition(*transition, *noise));
     }
 
+    #[inline]
+    fn doubt(&mut self, block: Block, variance: f64) {
+        self.steps.push(Step::Doubt(block, variance));
+    }
+
+    #[inline]
     fn tie(&mut self, m: &Matrix3<f64>) {
         self.steps.push(Step::Tie(*m));
     }
 
+    #[inline]
     fn observation(&mut self, observation: &Observation) {
-        self.observations.push(*observation);
-        self.steps.push(Step::Observation);
+        self.steps.push(Step::Observation(observation.observed()));
     }
 
-    fn forget(&mut self, block: Block) {
-        self.steps.push(Step::Forget(block));
+    #[inline]
+    fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
+        self.steps.push(Step::Forget(block, *variances));
     }
 }
 
 impl Segment {
-    /// With room for the solutions of a step, each with a transition and two observations.
+    /// With room for the steps of this many solutions.
     pub(crate) fn with_capacity(solutions: usize) -> Self {
-        Self {
-            rows: Vec::with_capacity(solutions),
-            steps: Vec::with_capacity(3 * solutions),
-            observations: Vec::with_capacity(2 * solutions),
+        let mut segment = Self::default();
+        segment.reserve(solutions);
+        segment.window.covariances.reserve(WINDOW);
+        segment.window.observations.reserve(2 * WINDOW);
+        segment
+    }
+
+    /// Makes room for the steps of this many more solutions: each has a transition, and a few have more than two observations.
+    pub(crate) fn reserve(&mut self, solutions: usize) {
+        self.steps.reserve(3 * solutions);
+        self.rows.reserve(solutions);
+        self.checkpoints.reserve(solutions.div_ceil(WINDOW));
+    }
+
+    /// The steps since the last solution led to one whose errors have this covariance.
+    #[inline]
+    pub(crate) fn push(&mut self, covariance: &Covariance) {
+        if self.rows.is_empty() {
+            self.steps.clear();
         }
+        if self.rows.len().is_multiple_of(WINDOW) {
+            self.checkpoints.push(covariance.clone());
+        }
+        self.rows.push(self.steps.len());
     }
 
-    /// Appends the solution that the steps since the last one led to.
-    pub(crate) fn push(&mut self, solution: &Solution, covariance: &Covariance) {
-        self.rows.push(Row { solution: *solution, covariance: covariance.packed(), steps: self.steps.len() });
-    }
-
-    /// Number of solutions.
+    /// Number of solutions that are not smoothed yet.
     pub(crate) fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Smooths all solutions and hands them out in their order; the segment is empty afterwards and keeps its memory.
-    pub(crate) fn smooth(&mut self) -> impl Iterator<Item = Solution> {
-        let mut later = Later::default();
-        let mut observations = self.observations.drain(..).rev();
-        let mut steps = self.steps.len();
-        for row in self.rows.iter_mut().rev() {
-            for step in self.steps[row.steps..steps].iter().rev() {
+    /// Goes back over the last window and smooths its solutions, which are handed over from the newest to the oldest.
+    ///
+    /// The segment keeps its memory.
+    pub(crate) fn go_back<'a>(&mut self, solutions: impl Iterator<Item = &'a mut Solution>) {
+        let Some(covariance) = self.checkpoints.pop() else { return };
+        let first = WINDOW * self.checkpoints.len();
+        self.window.go_forward(covariance, &self.rows[first..], &self.steps);
+        let mut observations = self.window.observations.iter().rev();
+        for (solution, covariance) in solutions.zip(self.window.covariances.iter().rev()) {
+            let Some(start) = self.rows.pop() else { return };
+            for step in self.steps[start..].iter().rev() {
                 match step {
-                    Step::Transition(transition) => later.transition(transition),
-                    Step::Tie(m) => later.tie(m),
-                    Step::Observation => observations.next().iter().for_each(|one| later.observation(one)),
-                    Step::Forget(block) => later.forget(*block),
+                    Step::Transition(transition, _) => self.later.transition(transition),
+                    Step::Doubt(..) => {}
+                    Step::Tie(m) => self.later.tie(m),
+                    Step::Observation(_) => observations.next().into_iter().for_each(|one| self.later.observation(one)),
+                    Step::Forget(block, _) => self.later.forget(*block),
                 }
             }
-            steps = row.steps;
-            later.improve(&mut row.solution, &row.covariance.unpacked());
+            self.steps.truncate(start);
+            self.later.improve(solution, covariance);
         }
-        self.steps.clear();
-        self.rows.drain(..).map(|row| row.solution)
+        if self.rows.is_empty() {
+            self.later = Later::default();
+        }
     }
 }
 
-/// What later samples tell of the errors at one instant.
-#[derive(Debug)]
-struct Later {
-    costate: ErrorStates,
-    information: Covariance,
-}
-
-impl Default for Later {
-    fn default() -> Self {
-        Self { costate: ErrorStates::default(), information: Covariance::zero() }
-    }
-}
-
-impl Later {
-    fn transition(&mut self, transition: &Transition) {
-        transition.apply_transposed(&mut self.costate);
-        transition.apply_transposed(&mut self.information);
-    }
-
-    fn tie(&mut self, m: &Matrix3<f64>) {
-        self.costate.add_transformed(Block::AccelBias, Block::Attitude, &m.transpose());
-        self.information.add_transformed(Block::AccelBias, Block::Attitude, &m.transpose());
-    }
-
-    fn observation(&mut self, observation: &Observation) {
-        observation.costate_before(&mut self.costate);
-        observation.information_before(&mut self.information);
-    }
-
-    fn forget(&mut self, block: Block) {
-        *self.costate.block_mut(block) = Vector3::zeros();
-        self.information.replace(block, 0.0);
-    }
-
-    /// Corrects a solution by what later samples tell of it.
-    fn improve(&self, solution: &mut Solution, covariance: &Covariance) {
-        let costate = ErrorStates(self.costate.0.map(|part| -part));
-        solution.estimate.correct(&covariance.times_states(&costate));
-        let variance = covariance.diagonal_given(Block::Position, &self.information);
-        solution.position_std = variance.map(|v| v.max(0.0).sqrt());
+impl Window {
+    /// Takes the filter's steps from the covariance of the first row once more.
+    fn go_forward(&mut self, mut p: Covariance, rows: &[usize], steps: &[Step]) {
+        self.covariances.clear();
+        self.observations.clear();
+        let ends = rows[1..].iter().copied().chain([steps.len()]);
+        for (&start, end) in rows.iter().zip(ends) {
+            self.covariances.push(p.clone());
+            for step in &steps[start..end] {
+                match step {
+                    Step::Transition(transition, noise) => {
+                        p.predict(transition, noise);
+                    }
+                    Step::Doubt(block, variance) => p.add_variance(*block, *variance),
+                    Step::Tie(m) => p.add_transformed(Block::Attitude, Block::AccelBias, m),
+                    Step::Observation(observed) => {
+                        self.observations.push(Observation::again(observed));
+                        self.observations.last_mut().into_iter().for_each(|one| p.observe_again(one));
+                    }
+                    Step::Forget(block, variances) => p.forget(*block, variances),
+                }
+            }
+        }
     }
 }
 
@@ -147,7 +166,7 @@ mod tests {
     use super::*;
     use crate::detector::Decision;
     use crate::filter::Estimate;
-    use crate::filter::states::STATES;
+    use crate::filter::states::{ErrorStates, STATES};
     use crate::health::Reasons;
     use crate::strapdown::{NavState, Step as StrapdownStep};
 
@@ -167,6 +186,14 @@ mod tests {
         block: Block,
         axis: Option<usize>,
         reading: Vector3<f64>,
+    }
+
+    impl Move {
+        /// The same in less time, so that many of them stay within what the linear model can tell.
+        fn in_a_few_milliseconds(mut self) -> Self {
+            self.step.dt = 0.005;
+            self
+        }
     }
 
     fn vectors(range: std::ops::Range<f64>) -> impl Strategy<Value = Vector3<f64>> {
@@ -284,7 +311,8 @@ mod tests {
     }
 
     /// The same system through the blocks and the journal.
-    fn walk(segment: &mut Segment, moves: &[Move], rows: &[DenseRow]) {
+    fn walk(segment: &mut Segment, moves: &[Move], rows: &[DenseRow]) -> Vec<Solution> {
+        let mut solutions = Vec::new();
         let mut p = Covariance::zero();
         for block in Block::ALL {
             p.add_variance(block, 1.0);
@@ -293,13 +321,14 @@ mod tests {
         for (step, row) in moves.iter().zip(rows) {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
             transition.apply(&mut p);
-            segment.transition(&transition);
+            segment.transition(&transition, &Noise::default());
             if let Some(m) = &step.tie {
                 p.add_transformed(Block::Attitude, Block::AccelBias, m);
                 segment.tie(m);
             }
             for block in Block::ALL {
                 p.add_variance(block, NOISE);
+                segment.doubt(block, NOISE);
             }
             x = row.f * x;
             let first = BLOCK_SIZE * Block::ALL.iter().position(|&b| b == step.block).unwrap();
@@ -311,12 +340,24 @@ mod tests {
             let observation = observation.unwrap();
             segment.observation(&observation);
             x += flat(&observation.errors());
-            segment.push(&solution(&x), &p);
+            segment.push(&p);
+            solutions.push(solution(&x));
         }
+        solutions
     }
 
-    fn smooth(mut segment: Segment) -> Vec<Solution> {
-        segment.smooth().collect()
+    fn smooth(mut segment: Segment, mut solutions: Vec<Solution>) -> Vec<Solution> {
+        while segment.len() > 0 {
+            let open = segment.len();
+            segment.go_back(solutions[..open].iter_mut().rev());
+        }
+        solutions
+    }
+
+    #[test]
+    fn a_step_takes_the_memory_that_the_documentation_says() {
+        assert_eq!((size_of::<Step>(), size_of::<Solution>()), (168, 168));
+        assert_eq!(size_of::<Covariance>() / WINDOW + size_of::<usize>(), 30);
     }
 
     proptest! {
@@ -324,8 +365,8 @@ mod tests {
         fn it_is_the_smoother_of_rauch_tung_and_striebel(moves in moves()) {
             let rows = dense_filter(&moves, States::zeros(), Dense::identity());
             let mut segment = Segment::default();
-            walk(&mut segment, &moves, &rows);
-            let smoothed = smooth(segment);
+            let filtered = walk(&mut segment, &moves, &rows);
+            let smoothed = smooth(segment, filtered);
             prop_assert_eq!(smoothed.len(), moves.len());
             for (ours, (states_there, covariance)) in smoothed.iter().zip(dense_smoother(&rows)) {
                 prop_assert!((states(ours) - states_there).norm() < 1e-5 * SMALL.max(states_there.norm()));
@@ -338,13 +379,30 @@ mod tests {
         fn nothing_comes_back_over_what_was_forgotten(moves in moves()) {
             let rows = dense_filter(&moves, States::zeros(), Dense::identity());
             let (mut alone, mut followed) = (Segment::default(), Segment::default());
-            walk(&mut alone, &moves, &rows);
+            let filtered = walk(&mut alone, &moves, &rows);
             walk(&mut followed, &moves, &rows);
             for block in Block::ALL {
-                followed.forget(block);
+                followed.forget(block, &Vector3::repeat(1.0));
             }
             walk(&mut followed, &moves, &rows);
-            prop_assert_eq!(&smooth(followed)[..moves.len()], &smooth(alone)[..]);
+            let twice = [&filtered[..], &filtered[..]].concat();
+            prop_assert_eq!(&smooth(followed, twice)[..moves.len()], &smooth(alone, filtered)[..]);
+        }
+    }
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(8))]
+
+        #[test]
+        fn windows_change_nothing(moves in moves()) {
+            let moves: Vec<Move> = moves.into_iter().cycle().take(2 * WINDOW + 3).map(Move::in_a_few_milliseconds).collect();
+            let rows = dense_filter(&moves, States::zeros(), Dense::identity());
+            let mut segment = Segment::default();
+            let filtered = walk(&mut segment, &moves, &rows);
+            for (ours, (states_there, covariance)) in smooth(segment, filtered).iter().zip(dense_smoother(&rows)) {
+                prop_assert!((states(ours) - states_there).norm() < 1e-5 * SMALL.max(states_there.norm()));
+                let std = covariance.diagonal().fixed_rows::<3>(0).map(f64::sqrt);
+                prop_assert!((ours.position_std - std).norm() < 1e-8 * std.norm());
+            }
         }
     }
 }

@@ -1,0 +1,239 @@
+//! Symmetric matrices of error states as 3x3 blocks, and the arithmetic of a block on the processor's lanes.
+//!
+//! Each of the 15 blocks on and above the diagonal is three rows of four numbers, the last of which is zero: a row is one vector of a processor with AVX.  All products of blocks are of one kind,
+//! `C + A B`: numbers of A, read from memory, times rows of B.
+//!
+//! What works on loaded blocks is inlined by force into the functions that [`super::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
+
+use std::ops::{Index, IndexMut};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::lanes::Lanes;
+use super::states::BLOCKS;
+
+/// Number of blocks on and above the diagonal.
+const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
+
+/// A symmetric matrix of 15x15, by its upper blocks; aligned, so that no row lies across two lines of the cache.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(super) struct Upper(pub(super) [Rows; UPPER]);
+
+impl Index<usize> for Upper {
+    type Output = Rows;
+
+    #[inline(always)]
+    fn index(&self, index: usize) -> &Rows {
+        &self.0[index]
+    }
+}
+
+impl IndexMut<usize> for Upper {
+    #[inline(always)]
+    fn index_mut(&mut self, index: usize) -> &mut Rows {
+        &mut self.0[index]
+    }
+}
+
+/// Where the block (i, j), i <= j, is kept.
+pub(super) const fn at(i: usize, j: usize) -> usize {
+    i * (2 * BLOCKS - 1 - i) / 2 + j
+}
+
+/// A 3x3 block: three rows of three numbers and a zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Rows(pub(super) [[f64; 4]; 3]);
+
+impl From<&Matrix3<f64>> for Rows {
+    #[inline(always)]
+    fn from(m: &Matrix3<f64>) -> Self {
+        Self([[m.m11, m.m12, m.m13, 0.0], [m.m21, m.m22, m.m23, 0.0], [m.m31, m.m32, m.m33, 0.0]])
+    }
+}
+
+impl From<&Rows> for Matrix3<f64> {
+    #[inline]
+    fn from(Rows([a, b, c]): &Rows) -> Self {
+        Self::new(a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2])
+    }
+}
+
+impl Rows {
+    /// The numbers on the diagonal.
+    #[inline(always)]
+    pub(super) fn diagonal(&self) -> [f64; 3] {
+        [self.0[0][0], self.0[1][1], self.0[2][2]]
+    }
+
+    /// Adds to the diagonal.
+    #[inline]
+    pub(super) fn add_diagonal(&mut self, values: [f64; 3]) {
+        for (k, value) in values.into_iter().enumerate() {
+            self.0[k][k] += value;
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn transpose(&self) -> Self {
+        let [a, b, c] = &self.0;
+        Self([0, 1, 2].map(|k| [a[k], b[k], c[k], 0.0]))
+    }
+}
+
+/// A 3x3 block that is being worked on.
+#[derive(Clone, Copy)]
+pub(super) struct Loaded<L>(pub(super) [L; 3]);
+
+impl<L: Lanes> Loaded<L> {
+    #[inline(always)]
+    pub(super) fn zero() -> Self {
+        Self::from(&Rows::default())
+    }
+
+    #[inline(always)]
+    pub(super) fn from(Rows([a, b, c]): &Rows) -> Self {
+        Self([L::load(a), L::load(b), L::load(c)])
+    }
+
+    #[inline(always)]
+    pub(super) fn store(self, rows: &mut Rows) {
+        let Rows([a, b, c]) = rows;
+        self.0[0].store(a);
+        self.0[1].store(b);
+        self.0[2].store(c);
+    }
+
+    #[inline(always)]
+    pub(super) fn stored(self) -> Rows {
+        let mut rows = Rows::default();
+        self.store(&mut rows);
+        rows
+    }
+
+    #[inline(always)]
+    pub(super) fn transpose(self) -> Self {
+        Self(L::transpose(self.0))
+    }
+
+    /// `self + factor * other`.
+    #[inline(always)]
+    pub(super) fn plus(self, factor: f64, other: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a.plus(factor, x), b.plus(factor, y), c.plus(factor, z)])
+    }
+
+    #[inline(always)]
+    pub(super) fn halved(self) -> Rows {
+        Self::zero().plus(0.5, self).stored()
+    }
+
+    /// `selfᵀ y`.
+    #[inline(always)]
+    pub(super) fn combined(self, y: &Vector3<f64>) -> L {
+        let [a, b, c] = self.0;
+        L::of([0.0; 3]).plus(y.x, a).plus(y.y, b).plus(y.z, c)
+    }
+
+    /// `self + value I`.
+    #[inline(always)]
+    pub(super) fn plus_diagonal(self, value: f64) -> Self {
+        let [a, b, c] = self.0;
+        let of = |x, y, z| L::of([x, y, z]);
+        Self([a.plus(value, of(1.0, 0.0, 0.0)), b.plus(value, of(0.0, 1.0, 0.0)), c.plus(value, of(0.0, 0.0, 1.0))])
+    }
+
+    /// `self + (half + halfᵀ)`, in this order, which keeps a symmetric block symmetric to the bit.
+    #[inline(always)]
+    pub(super) fn plus_both(self, half: Self) -> Self {
+        self.plus(1.0, half.plus(1.0, half.transpose()))
+    }
+
+    /// `self + left right`.
+    #[inline(always)]
+    pub(super) fn plus_product(self, Rows(left): &Rows, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        let [i, j, k] = left;
+        Self([
+            a.plus(i[0], x).plus(i[1], y).plus(i[2], z),
+            b.plus(j[0], x).plus(j[1], y).plus(j[2], z),
+            c.plus(k[0], x).plus(k[1], y).plus(k[2], z),
+        ])
+    }
+
+    /// `left self`, where all above the diagonal of `left` is zero.
+    #[inline(always)]
+    pub(super) fn times_lower(self, Rows(left): &Rows) -> Self {
+        let (zero, [x, y, z]) = (L::of([0.0; 3]), self.0);
+        let [i, j, k] = left;
+        Self([zero.plus(i[0], x), zero.plus(j[0], x).plus(j[1], y), zero.plus(k[0], x).plus(k[1], y).plus(k[2], z)])
+    }
+
+    /// `self + [v×] right`.
+    #[inline(always)]
+    pub(super) fn plus_cross(self, v: &Vector3<f64>, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([a.plus(v.y, z).plus(-v.z, y), b.plus(v.z, x).plus(-v.x, z), c.plus(v.x, y).plus(-v.y, x)])
+    }
+
+    /// `self + leftᵀ right`.
+    #[inline(always)]
+    pub(super) fn plus_transposed_product(self, Rows([i, j, k]): &Rows, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([
+            a.plus(i[0], x).plus(j[0], y).plus(k[0], z),
+            b.plus(i[1], x).plus(j[1], y).plus(k[1], z),
+            c.plus(i[2], x).plus(j[2], y).plus(k[2], z),
+        ])
+    }
+
+    /// `row + leftᵀ self`, where `left` is a column.
+    #[inline(always)]
+    pub(super) fn plus_row_product(self, row: L, left: &Vector3<f64>) -> L {
+        let [a, b, c] = self.0;
+        row.plus(left.x, a).plus(left.y, b).plus(left.z, c)
+    }
+
+    /// `row` plus the sum of the rows of `self` times those of `other`, number by number: the diagonal of `selfᵀ other`.
+    #[inline(always)]
+    pub(super) fn plus_inner_products(self, row: L, other: Self) -> L {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        row.plus_times(a, x).plus_times(b, y).plus_times(c, z)
+    }
+
+    /// `self` plus the rows of `other` times `row`, number by number: what adds up to `other rowᵀ`.
+    #[inline(always)]
+    pub(super) fn plus_spread_product(self, Rows([i, j, k]): &Rows, row: L) -> Self {
+        let [a, b, c] = self.0;
+        Self([a.plus_times(L::load(i), row), b.plus_times(L::load(j), row), c.plus_times(L::load(k), row)])
+    }
+
+    /// The sum of the numbers of each row.
+    #[inline(always)]
+    pub(super) fn sums(self) -> L {
+        let [a, b, c] = self.transpose().0;
+        a.plus(1.0, b).plus(1.0, c)
+    }
+
+    /// `self - leftᵀ right`.
+    #[inline(always)]
+    pub(super) fn minus_transposed_product(self, Rows([i, j, k]): &Rows, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([
+            a.plus(-i[0], x).plus(-j[0], y).plus(-k[0], z),
+            b.plus(-i[1], x).plus(-j[1], y).plus(-k[1], z),
+            c.plus(-i[2], x).plus(-j[2], y).plus(-k[2], z),
+        ])
+    }
+}
+
+#[inline(always)]
+pub(super) fn load<L: Lanes>(rows: &Rows) -> Loaded<L> {
+    Loaded::from(rows)
+}
+
+/// The block (i, j), above or below the diagonal.
+#[inline(always)]
+pub(super) fn load_at<L: Lanes>(p: &Upper, i: usize, j: usize) -> Loaded<L> {
+    if i <= j { load(&p[at(i, j)]) } else { load(&p[at(j, i)]).transpose() }
+}
