@@ -133,27 +133,31 @@ fn settings() -> [(&'static str, Config); 4] {
     [("shoe", shoe), ("default", Config::default()), ("strides", strides), ("stepwise", stepwise)]
 }
 
-/// Every stage together, sample by sample in a stream and as a whole recording.
-fn update(criterion: &mut Criterion) {
+/// Every stage together, sample by sample.
+fn push(criterion: &mut Criterion) {
     let samples = samples(1);
-    for (way, streams) in [("push", true), ("track", false)] {
-        let mut group = criterion.benchmark_group(way);
-        group.throughput(Throughput::Elements(samples.len() as u64));
-        for (name, config) in settings() {
-            if !streams {
-                group.bench_function(name, |bencher| bencher.iter(|| track(black_box(&samples), &config)));
-                continue;
-            }
-            let mut navigator = Navigator::new(config, RATE).expect("the settings are valid");
-            group.bench_function(name, |bencher| {
-                bencher.iter(|| {
-                    navigator.reset();
-                    for sample in &samples {
-                        let _ = black_box(navigator.push(sample));
-                    }
-                });
+    let mut group = criterion.benchmark_group("push");
+    group.throughput(Throughput::Elements(samples.len() as u64));
+    for (name, config) in settings() {
+        let mut navigator = Navigator::new(config, RATE).expect("the settings are valid");
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                navigator.reset();
+                for sample in &samples {
+                    let _ = black_box(navigator.push(sample));
+                }
             });
-        }
+        });
+    }
+}
+
+/// The same with the whole recording at once.
+fn whole(criterion: &mut Criterion) {
+    let samples = samples(1);
+    let mut group = criterion.benchmark_group("track");
+    group.throughput(Throughput::Elements(samples.len() as u64));
+    for (name, config) in settings() {
+        group.bench_function(name, |bencher| bencher.iter(|| track(black_box(&samples), &config)));
     }
 }
 
@@ -198,5 +202,5 @@ fn several(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, strapdown, detectors, prediction, zero_velocity, update, rts, several);
+criterion_group!(benches, strapdown, detectors, prediction, zero_velocity, push, whole, rts, several);
 criterion_main!(benches);
