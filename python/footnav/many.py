@@ -114,8 +114,8 @@ def track_many(
     -----
     The tracks are those of :func:`footnav.track`, to the bit.  What that warns of is in the `health` of each track.
 
-    An interrupt from the keyboard, or no more interest in the outcomes, ends the threads at their next block of samples.
-    From an executor of one's own the recordings that wait are taken back; those at work there go on.
+    An interrupt from the keyboard, or no more interest in the outcomes, ends the threads at their next block of
+    samples.  From an executor of one's own the recordings that wait are taken back; those at work there go on.
 
     Examples
     --------
