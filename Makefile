@@ -6,14 +6,14 @@ BIN := $(VENV)/bin
 RUST := $(shell find rust benches -name '*.rs') $(wildcard tests/*.rs) Cargo.toml Cargo.lock rustfmt.toml
 PACKAGE := $(shell find python -name '*.py' -o -name '*.pyi' -o -name py.typed) pyproject.toml README.md
 
-.PHONY: demo test lint format rust-test python-test docs bench clean
+.PHONY: demo test lint format rust-test python-test instructions docs bench clean
 
 ## Simulates an MPU6050 walk, tracks it, and leaves the results in demo/
 demo: $(VENV)/installed
 	$(BIN)/footnav demo --out demo
 
 ## Everything that CI runs
-test: lint rust-test python-test docs
+test: lint rust-test python-test instructions docs
 
 lint: $(VENV)/tools $(VENV)/installed
 	cargo fmt --check
@@ -29,6 +29,10 @@ rust-test:
 
 python-test: $(VENV)/tools $(VENV)/installed
 	$(BIN)/python -m pytest
+
+## Compares the instructions of one fixed walk with those of benches/instructions.toml; skips where valgrind is missing
+instructions: $(VENV)/installed
+	$(BIN)/python benches/instructions.py
 
 docs: $(VENV)/tools
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps

@@ -6,7 +6,9 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use footnav::config::{
-    AdaptiveShoeConfig, DetectorConfig, MagnitudeVarianceConfig, ShoeConfig, SmootherConfig, SmootherKind,
+    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, DetectorConfig, GraphTheoreticConfig,
+    MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig, SmootherConfig, SmootherKind,
+    ThreeConditionConfig, WindowedEnergiesConfig,
 };
 use footnav::detector::decide_all;
 use footnav::filter::covariance::Covariance;
@@ -14,21 +16,21 @@ use footnav::filter::states::Block;
 use footnav::filter::transition::{Noise, Transition};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::strapdown::{Increments, MechanizationKind, NavState, Step, Strapdown};
-use footnav::{Config, ImuSample, Navigator, track};
+use footnav::{Batch, Config, ImuSample, Navigator, track};
 use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
 
 const RATE: f64 = 200.0;
 
 type Dense = SMatrix<f64, 15, 15>;
 
-fn samples() -> Vec<ImuSample> {
-    let settings = SimulationSettings { rate_hz: RATE, seed: 1, ..SimulationSettings::default() };
+fn samples(seed: u64) -> Vec<ImuSample> {
+    let settings = SimulationSettings { rate_hz: RATE, seed, ..SimulationSettings::default() };
     let walk = simulate(&Route::square(10.0), &Gait::walk(), &SensorErrors::mpu6050(), &settings);
     walk.expect("the presets are valid").samples
 }
 
 fn strapdown(criterion: &mut Criterion) {
-    let samples = samples();
+    let samples = samples(1);
     let mut group = criterion.benchmark_group("strapdown");
     group.throughput(Throughput::Elements(samples.len() as u64));
     for kind in [MechanizationKind::TwoSample, MechanizationKind::SingleSample, MechanizationKind::FirstOrder] {
@@ -49,13 +51,20 @@ fn strapdown(criterion: &mut Criterion) {
 }
 
 fn detectors(criterion: &mut Criterion) {
-    let samples = samples();
+    let samples = samples(1);
     let mut group = criterion.benchmark_group("detector");
     group.throughput(Throughput::Elements(samples.len() as u64));
     let detectors = [
         ("adaptive-shoe", DetectorConfig::AdaptiveShoe(AdaptiveShoeConfig::default())),
         ("shoe", DetectorConfig::Shoe(ShoeConfig::default())),
         ("magnitude-variance", DetectorConfig::MagnitudeVariance(MagnitudeVarianceConfig::default())),
+        ("windowed-energies", DetectorConfig::WindowedEnergies(WindowedEnergiesConfig::default())),
+        ("magnitude-debounced", DetectorConfig::MagnitudeDebounced(MagnitudeDebouncedConfig::default())),
+        ("three-condition", DetectorConfig::ThreeCondition(ThreeConditionConfig::default())),
+        ("angular-rate-energy", DetectorConfig::AngularRateEnergy(AngularRateEnergyConfig::default())),
+        ("moving-variance", DetectorConfig::MovingVariance(MovingVarianceConfig::default())),
+        ("graph-theoretic", DetectorConfig::GraphTheoretic(GraphTheoreticConfig::default())),
+        ("acceleration-magnitude", DetectorConfig::AccelerationMagnitude(AccelerationMagnitudeConfig::default())),
     ];
     for (name, detector) in detectors {
         let config = Config { detector, ..Config::default() };
@@ -63,7 +72,8 @@ fn detectors(criterion: &mut Criterion) {
     }
 }
 
-fn covariance(criterion: &mut Criterion) {
+/// A covariance with nothing that is zero.
+fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
     let mut p = Covariance::zero();
     for block in Block::ALL {
         p.add_variance(block, 0.01);
@@ -71,65 +81,127 @@ fn covariance(criterion: &mut Criterion) {
     let step = Step { dt: 1.0 / RATE, specific_force: Vector3::new(1.0, 2.0, 9.8), attitude: Matrix3::identity() };
     let transition = Transition::new(&step, &Vector3::zeros());
     let noise = Noise { velocity: 1e-5, attitude: 1e-7, gyro_bias: 1e-10, accel_bias: 1e-8 };
-    let dense = p.dense();
-    let mut group = criterion.benchmark_group("covariance");
-    group.bench_function("prediction", |bencher| {
-        bencher.iter_batched_ref(|| p.clone(), |p| p.predict(&transition, &noise), BatchSize::SmallInput);
+    for _ in 0..5 {
+        p.predict(&transition, &noise);
+    }
+    (p, transition, noise)
+}
+
+fn prediction(criterion: &mut Criterion) {
+    let (p, transition, noise) = covariance_after_a_step();
+    let mut group = criterion.benchmark_group("prediction");
+    group.bench_function("blocks", |bencher| {
+        bencher.iter_batched_ref(|| p.clone(), |p| black_box(p).predict(&transition, &noise), BatchSize::SmallInput);
     });
-    group.bench_function("prediction, dense", |bencher| {
-        let f = Dense::identity() + 0.01 * Dense::repeat(1.0);
-        let q = Dense::identity();
-        bencher.iter(|| black_box(&f) * black_box(&dense) * f.transpose() + q);
+    group.bench_function("dense", |bencher| {
+        let (f, q) = (Dense::identity() + 0.01 * Dense::repeat(1.0), Dense::identity());
+        let p = p.dense();
+        bencher.iter(|| black_box(&f) * black_box(&p) * f.transpose() + q);
     });
-    group.bench_function("zero velocity", |bencher| {
+}
+
+fn zero_velocity(criterion: &mut Criterion) {
+    let (p, _, _) = covariance_after_a_step();
+    let mut group = criterion.benchmark_group("zero velocity");
+    group.bench_function("blocks", |bencher| {
         let innovation = Vector3::new(0.01, -0.02, 0.01);
         bencher.iter_batched_ref(
             || p.clone(),
-            |p| p.observe(Block::Velocity, &innovation, 1.0e-4, f64::INFINITY),
+            |p| black_box(p).observe(Block::Velocity, &innovation, 1.0e-4, f64::INFINITY),
             BatchSize::SmallInput,
         );
     });
-    group.bench_function("zero velocity, dense", |bencher| {
+    group.bench_function("dense", |bencher| {
         let mut h = SMatrix::<f64, 3, 15>::zeros();
         h.fixed_columns_mut::<3>(3).fill_with_identity();
         let r = Matrix3::from_diagonal_element(1.0e-4);
+        let p = p.dense();
         bencher.iter(|| {
-            let p = black_box(&dense);
+            let p = black_box(&p);
             let k = (h * p * h.transpose() + r).try_inverse().map(|inverse| p * h.transpose() * inverse);
             k.map(|k| (Dense::identity() - k * h) * p * (Dense::identity() - k * h).transpose() + k * r * k.transpose())
         });
     });
 }
 
-fn whole(criterion: &mut Criterion) {
-    let samples = samples();
-    let mut group = criterion.benchmark_group("whole");
+/// Settings by the name that the figures have.
+fn settings() -> [(&'static str, Config); 4] {
+    let shoe = Config { detector: DetectorConfig::Shoe(ShoeConfig::default()), ..Config::default() };
+    let mut strides = Config::default();
+    strides.output.strides = true;
+    let smoother = SmootherConfig { kind: SmootherKind::Stepwise, ..SmootherConfig::default() };
+    let stepwise = Config { smoother, ..Config::default() };
+    [("shoe", shoe), ("default", Config::default()), ("strides", strides), ("stepwise", stepwise)]
+}
+
+/// Every stage together, sample by sample.
+fn push(criterion: &mut Criterion) {
+    let samples = samples(1);
+    let mut group = criterion.benchmark_group("push");
     group.throughput(Throughput::Elements(samples.len() as u64));
-    group.bench_function("track", |bencher| bencher.iter(|| track(black_box(&samples), &Config::default())));
-    group.bench_function("track, shoe", |bencher| {
-        let config = Config { detector: DetectorConfig::Shoe(ShoeConfig::default()), ..Config::default() };
-        bencher.iter(|| track(black_box(&samples), &config));
+    for (name, config) in settings() {
+        let mut navigator = Navigator::new(config, RATE).expect("the settings are valid");
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                navigator.reset();
+                for sample in &samples {
+                    let _ = black_box(navigator.push(sample));
+                }
+            });
+        });
+    }
+}
+
+/// The same with the whole recording at once.
+fn whole(criterion: &mut Criterion) {
+    let samples = samples(1);
+    let mut group = criterion.benchmark_group("track");
+    group.throughput(Throughput::Elements(samples.len() as u64));
+    for (name, config) in settings() {
+        group.bench_function(name, |bencher| bencher.iter(|| track(black_box(&samples), &config)));
+    }
+}
+
+/// The forward pass of a smoothed recording, and what comes after its last sample.
+fn rts(criterion: &mut Criterion) {
+    let samples = samples(1);
+    let smoother = SmootherConfig { kind: SmootherKind::Rts, ..SmootherConfig::default() };
+    let config = Config { smoother, ..Config::default() };
+    let forward = || {
+        let mut batch = Batch::new(config.clone(), RATE).expect("the settings are valid");
+        batch.push_block(&samples).expect("a simulated walk can be tracked");
+        batch
+    };
+    let mut group = criterion.benchmark_group("rts");
+    group.throughput(Throughput::Elements(samples.len() as u64));
+    group.bench_function("forward pass", |bencher| bencher.iter_with_large_drop(forward));
+    group.bench_function("backward pass", |bencher| {
+        bencher.iter_batched(forward, Batch::finish, BatchSize::PerIteration);
     });
-    group.bench_function("track, strides", |bencher| {
-        let mut config = Config::default();
-        config.output.strides = true;
-        bencher.iter(|| track(black_box(&samples), &config));
-    });
-    group.bench_function("track, rts", |bencher| {
-        let smoother = SmootherConfig { kind: SmootherKind::Rts, ..SmootherConfig::default() };
-        let config = Config { smoother, ..Config::default() };
-        bencher.iter(|| track(black_box(&samples), &config));
-    });
-    group.bench_function("push", |bencher| {
-        let mut navigator = Navigator::new(Config::default(), RATE).expect("the defaults are valid");
+}
+
+/// Four walks, on one thread and on two.
+fn several(criterion: &mut Criterion) {
+    let recordings: Vec<_> = (1..=4).map(samples).collect();
+    let config = Config::default();
+    let follow = |recordings: &[Vec<ImuSample>]| {
+        for samples in recordings {
+            let _ = black_box(track(samples, &config));
+        }
+    };
+    let mut group = criterion.benchmark_group("several recordings");
+    group.throughput(Throughput::Elements(recordings.iter().map(|samples| samples.len() as u64).sum()));
+    group.bench_function("one thread", |bencher| bencher.iter(|| follow(&recordings)));
+    group.bench_function("two threads", |bencher| {
+        let (first, second) = recordings.split_at(2);
         bencher.iter(|| {
-            navigator.reset();
-            for sample in &samples {
-                let _ = black_box(navigator.push(sample));
-            }
+            std::thread::scope(|scope| {
+                scope.spawn(|| follow(first));
+                follow(second);
+            });
         });
     });
 }
 
-criterion_group!(benches, strapdown, detectors, covariance, whole);
+criterion_group!(benches, strapdown, detectors, prediction, zero_velocity, push, whole, rts, several);
 criterion_main!(benches);

@@ -193,6 +193,38 @@ def test_what_is_no_real_number_is_a_data_error(convert):
         Navigator(rate_hz=RATE).push_block(t, accel, gyro)
 
 
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"accel": np.zeros((3, 50))}, "50 stamps need accel and gyro of shape (50, 3); got [3, 50] and [50, 3]"),
+        ({"gyro": np.zeros((49, 3))}, "50 stamps need accel and gyro of shape (50, 3); got [50, 3] and [49, 3]"),
+        ({"t": np.zeros((50, 1))}, "t has shape (50, 1); expected (n,)"),
+        ({"accel": np.zeros(150)}, "accel has shape (150,); expected (n, 3)"),
+        ({"gyro": np.zeros((50, 3, 1))}, "gyro has shape (50, 3, 1); expected (n, 3)"),
+        ({"accel": [[1.0, 2.0, 3.0], [1.0]]}, "accel is ragged: every row needs the same number of values"),
+        ({"t": ["0.0"] * 50}, "t holds <U3 values; expected real numbers"),
+        ({"gyro": np.zeros((50, 3), bool)}, "gyro holds bool values; expected real numbers"),
+    ],
+)
+def test_a_block_of_the_wrong_shape_or_kind_is_told_exactly_what_is_wrong(changed, message):
+    block = dict(zip(("t", "accel", "gyro"), rest(50), strict=True))
+    navigator = Navigator(rate_hz=RATE)
+    with pytest.raises(DataError) as error:
+        navigator.push_block(**(block | changed))
+    assert str(error.value) == message
+    assert navigator.health.counters.samples == 0
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.int64, np.uint16, np.float16])
+def test_numbers_of_any_kind_are_numbers(kind):
+    t, accel, gyro = np.arange(200) / RATE, np.tile([0, 0, 10], (200, 1)), np.zeros((200, 3))
+    of_floats, of_kind = Navigator(rate_hz=RATE), Navigator(rate_hz=RATE)
+    expected = of_floats.push_block(t, accel.astype(float), gyro)
+    states = of_kind.push_block(t, accel.astype(kind), gyro.astype(kind))
+    for column in COLUMNS:
+        np.testing.assert_array_equal(getattr(states, column), getattr(expected, column))
+
+
 @pytest.mark.parametrize("argument", ["1.0", None, [1.0], 1j])
 def test_a_sample_that_is_no_number_is_a_type_error_and_changes_nothing(argument):
     navigator = Navigator(rate_hz=RATE)

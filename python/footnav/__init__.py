@@ -7,111 +7,42 @@ Examples
 >>> footnav.track(recording).save("track.geojson")  # doctest: +SKIP
 """
 
-from footnav._core import __version__
-from footnav.allan import AllanDeviation, allan
-from footnav.calibration import SensorCalibration, load_calibration
-from footnav.config import (
-    Alignment,
-    Calibration,
-    Config,
-    Correction,
-    Filter,
-    HealthLimits,
-    Mechanization,
-    Output,
-    Sensor,
-    Smoother,
-    load_config,
-)
-from footnav.detection import Detection, detect
-from footnav.detectors import (
-    AccelerationMagnitude,
-    AdaptiveShoe,
-    AngularRateEnergy,
-    GraphTheoretic,
-    MagnitudeDebounced,
-    MagnitudeVariance,
-    MovingVariance,
-    Shoe,
-    ThreeCondition,
-    WindowedEnergies,
-)
-from footnav.diagnosis import Diagnosis, diagnose
-from footnav.errors import BusyError, ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
-from footnav.evaluation import Evaluation, evaluate
-from footnav.health import Health, Reason, Status
-from footnav.io import read
-from footnav.many import Outcome, track_many
-from footnav.navigator import Navigator, State
-from footnav.noise import AxisNoise, Figure, NoiseFigures
-from footnav.recording import Recording
-from footnav.simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate, simulate_rest
-from footnav.stance import StanceDetector
-from footnav.steps import Steps, Stride
-from footnav.tracking import track
-from footnav.trajectory import Trajectory
+import lazy_loader
 
-__all__ = [
-    "AccelerationMagnitude",
-    "AdaptiveShoe",
-    "Alignment",
-    "AllanDeviation",
-    "AngularRateEnergy",
-    "AxisNoise",
-    "BusyError",
-    "Calibration",
-    "Config",
-    "ConfigError",
-    "Correction",
-    "DataError",
-    "Detection",
-    "Diagnosis",
-    "Evaluation",
-    "Figure",
-    "Filter",
-    "FootnavError",
-    "FootnavWarning",
-    "Gait",
-    "GraphTheoretic",
-    "Health",
-    "HealthLimits",
-    "MagnitudeDebounced",
-    "MagnitudeVariance",
-    "Mechanization",
-    "MovingVariance",
-    "Navigator",
-    "NoiseFigures",
-    "NumericalError",
-    "Outcome",
-    "Output",
-    "Reason",
-    "Recording",
-    "Route",
-    "Sensor",
-    "SensorCalibration",
-    "SensorErrors",
-    "Shoe",
-    "Smoother",
-    "StanceDetector",
-    "State",
-    "Status",
-    "Steps",
-    "Stride",
-    "ThreeCondition",
-    "Trajectory",
-    "TriadErrors",
-    "Waypoint",
-    "WindowedEnergies",
-    "__version__",
-    "allan",
-    "detect",
-    "diagnose",
-    "evaluate",
-    "load_calibration",
-    "load_config",
-    "read",
-    "simulate",
-    "simulate_rest",
-    "track",
-    "track_many",
-]
+# What footnav offers, and where it comes from, stands in __init__.pyi, which type checkers and editors read too.  A
+# module is loaded when one of its names is first used.
+_name, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_module, _, _modules = lazy_loader.attach(
+    __name__,
+    submodules=[
+        "calibration",
+        "config",
+        "detection",
+        "detectors",
+        "diagnosis",
+        "errors",
+        "evaluation",
+        "export",
+        "health",
+        "io",
+        "many",
+        "mpu6050",
+        "navigator",
+        "noise",
+        "recording",
+        "simulation",
+        "stance",
+        "steps",
+        "stillness",
+        "tracking",
+        "trajectory",
+    ],
+)
+
+
+def __getattr__(name: str) -> object:
+    return _module(name) if name in _modules else _name(name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_modules])

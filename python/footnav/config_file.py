@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 import msgspec
 
 from footnav.errors import ConfigError
-from footnav.export.atomic import replacing
 from footnav.section import Section, encode, refuse_unknown
 
 Settings = TypeVar("Settings", bound=Section)
@@ -56,6 +55,8 @@ def load_settings(kind: type[Settings], path: str | PathLike[str]) -> Settings:
 def save_settings(settings: Section, path: str | PathLike[str]) -> None:
     """Write settings as TOML; the file is the old one or the whole new one."""
     import tomli_w
+
+    from footnav.export.atomic import replacing
 
     with replacing(path) as file:
         tomli_w.dump(_without_none(msgspec.json.decode(encode(settings))), file)

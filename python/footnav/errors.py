@@ -5,7 +5,6 @@ and what to do about it.
 """
 
 from collections.abc import Collection
-from difflib import get_close_matches
 
 
 class FootnavError(Exception):
@@ -34,5 +33,7 @@ class FootnavWarning(UserWarning):
 
 def nearest(word: str, known: Collection[str]) -> str:
     """Name the known word that is most like `word`, as the end of a message, or nothing when none is like it."""
+    from difflib import get_close_matches
+
     close = get_close_matches(word.lower(), known, n=1)
     return f"; did you mean {close[0]!r}?" if close else ""

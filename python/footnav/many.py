@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -22,6 +23,9 @@ from footnav.trajectory import Trajectory
 
 Source: TypeAlias = "Recording | str | os.PathLike[str]"
 Reader: TypeAlias = "Callable[[Path], Recording]"
+
+GLANCE = 0.5
+"""s between two looks at the keyboard; an interrupt on the verge of a wait without end comes too late to break it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,6 +114,9 @@ def track_many(
     -----
     The tracks are those of :func:`footnav.track`, to the bit.  What that warns of is in the `health` of each track.
 
+    An interrupt from the keyboard, or no more interest in the outcomes, ends the threads at their next block of
+    samples.  From an executor of one's own the recordings that wait are taken back; those at work there go on.
+
     Examples
     --------
     >>> for outcome in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
@@ -119,8 +126,23 @@ def track_many(
     if executor is not None:
         yield from _outcomes(recordings, job, executor, ordered)
         return
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
-        yield from _outcomes(recordings, job, threads, ordered)
+    threads, ended = ThreadPoolExecutor(os.cpu_count()), threading.Event()
+    try:
+        yield from _outcomes(recordings, replace(job, progress=_until(ended)), threads, ordered)
+        threads.shutdown()
+    finally:
+        ended.set()
+        threads.shutdown(wait=False, cancel_futures=True)
+
+
+def _until(ended: threading.Event) -> Callable[[float], None]:
+    """Return a report of progress that ends the work of a thread, which no interrupt reaches."""
+
+    def progress(_: float) -> None:
+        if ended.is_set():
+            raise CancelledError
+
+    return progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +152,7 @@ class Job:
     config: Config
     reader: Reader
     folder: Path | None
+    progress: Callable[[float], None] | None = None
 
     def run(self, index: int, source: Source) -> Outcome:
         """Track one recording; an error becomes part of the outcome."""
@@ -150,7 +173,7 @@ class Job:
 
     def _track(self, source: Source, kept: Path | None) -> Trajectory | Path:
         recording = source if isinstance(source, Recording) else self.reader(Path(source))
-        trajectory = track_quietly(recording, self.config)
+        trajectory = track_quietly(recording, self.config, progress=self.progress)
         if kept is None:
             return trajectory
         trajectory.save(kept)
@@ -190,11 +213,13 @@ def _outcomes(recordings: Iterable[Source], job: Job, executor: Executor, ordere
 
 def _next(waiting: deque[Future[Outcome]], ordered: bool) -> Outcome:
     """Take the oldest, or one that is done."""
-    if ordered:
-        return waiting.popleft().result()
-    done = next(iter(wait(waiting, return_when=FIRST_COMPLETED).done))
-    waiting.remove(done)
-    return done.result()
+    due = [waiting[0]] if ordered else waiting
+    done: set[Future[Outcome]] = set()
+    while not done:
+        done = wait(due, GLANCE, FIRST_COMPLETED).done
+    future = next(iter(done))
+    waiting.remove(future)
+    return future.result()
 
 
 def _name(source: Source) -> str:

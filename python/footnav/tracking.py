@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from footnav.recording import Recording
     from footnav.stance import StanceDetector
 
-BLOCK = 100_000
+BLOCK = 20_000
 """Samples between two looks at the keyboard and two reports of progress."""
 
 
@@ -48,7 +48,8 @@ def track(
     detector : StanceDetector, optional
         A stance detector of one's own instead of the one that the settings name; what it raises comes out of here.
     progress : callable, optional
-        Called with the share of the samples that is done, 0 to 1.
+        Called with the share of the samples that is done, 0 to 1, and with 1 again while a smoother goes back over
+        them; what it raises ends the work.
 
     Returns
     -------
@@ -89,14 +90,14 @@ def track_quietly(
 ) -> Trajectory:
     """Track a whole recording and leave what speaks against the track to its health; see `track`."""
     config = with_ranges_of(recording, config)
+    report = progress or (lambda _: None)
     try:
         batch = _batch(recording, config, stationary, detector)
         for start in range(0, len(recording), BLOCK):
             rows = slice(start, start + BLOCK)
             batch.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows])
-            if progress is not None:
-                progress(min(1.0, (start + BLOCK) / len(recording)))
-        columns, fields, strides = batch.finish()
+            report(min(1.0, (start + BLOCK) / len(recording)))
+        columns, fields, strides = batch.finish(lambda: report(1.0))
     except FootnavError as error:
         if recording.name:
             error.args = (f"{recording.name}: {error}",)

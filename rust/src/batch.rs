@@ -11,9 +11,7 @@ use crate::health::Health;
 use crate::navigator::Navigator;
 use crate::sample::ImuSample;
 use crate::trajectory::Trajectory;
-
-/// Number of rows that a smoother goes back over at once.
-const ROWS_AT_ONCE: usize = 100_000;
+use crate::watch::{STRETCH, unwatched};
 
 /// Tracks a recording that is handed over in blocks, and refines it as a whole once all of it is there.
 pub struct Batch {
@@ -78,15 +76,31 @@ impl Batch {
     /// # Errors
     /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
     /// [`crate::error::NumericalError`] when the filter cannot go on.
-    pub fn finish(mut self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
-        while !self.navigator.go_back(ROWS_AT_ONCE)? {}
+    pub fn finish(self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
+        self.finish_watched(unwatched)
+    }
+
+    /// As [`Batch::finish`]; `watch` is asked every 10,000 samples and can end the work.
+    ///
+    /// # Errors
+    /// That of `watch`, and those of [`Batch::finish`].
+    pub fn finish_watched<E: From<Error>>(
+        mut self,
+        mut watch: impl FnMut() -> Result<(), E>,
+    ) -> Result<(Trajectory, Health, Vec<Stride>), E> {
+        while !self.navigator.go_back(STRETCH)? {
+            watch()?;
+        }
         while self.navigator.drain()?.is_some() {
             self.keep_latest();
+            if self.trajectory.len().is_multiple_of(STRETCH) {
+                watch()?;
+            }
         }
-        self.navigator.check_aligned()?;
+        self.navigator.check_aligned().map_err(Error::from)?;
         let health = self.navigator.health_of_walk();
         if self.refines && health.counters.updates.zero_velocity == 0 {
-            return Err(DataError::NoStance { samples: health.counters.samples }.into());
+            return Err(Error::from(DataError::NoStance { samples: health.counters.samples }).into());
         }
         correction::correct(self.correction, &mut self.trajectory, &self.unaided);
         let strides = self.strides();

@@ -11,6 +11,7 @@ use crate::config::{Config, DetectorConfig};
 use crate::error::ConfigError;
 use crate::navigator::whole_hertz;
 use crate::sample::ImuSample;
+use crate::watch::{STRETCH, unwatched};
 
 mod acceleration_magnitude;
 mod adaptive_shoe;
@@ -143,23 +144,32 @@ impl DetectorConfig {
 /// # Errors
 /// [`ConfigError`] for a setting or a rate out of range.
 pub fn decide_all(config: &Config, rate_hz: f64, samples: &[ImuSample]) -> Result<Vec<Decision>, ConfigError> {
-    config.validate()?;
-    let detector = config.detector.build(whole_hertz(rate_hz)?, config.gravity());
-    decide_all_with(detector, config, samples)
+    decide_all_with(configured(config, rate_hz)?, config, samples, unwatched)
 }
 
-/// The same of a detector of one's own; `config.detector` is not used.
+/// The configured detector for samples at about `rate_hz`.
+pub(crate) fn configured(config: &Config, rate_hz: f64) -> Result<Box<dyn Detector>, ConfigError> {
+    config.validate()?;
+    Ok(config.detector.build(whole_hertz(rate_hz)?, config.gravity()))
+}
+
+/// The same of a detector of one's own; `config.detector` is not used.  `watch` is asked every 10,000 samples and can end the work.
 ///
 /// # Errors
-/// [`ConfigError`] for a setting out of range.
-pub fn decide_all_with(
+/// That of `watch`, and [`ConfigError`] for a setting out of range.
+pub fn decide_all_with<E: From<ConfigError>>(
     mut detector: Box<dyn Detector>,
     config: &Config,
     samples: &[ImuSample],
-) -> Result<Vec<Decision>, ConfigError> {
+    mut watch: impl FnMut() -> Result<(), E>,
+) -> Result<Vec<Decision>, E> {
     config.validate()?;
     let calibrator = Calibrator::new(&config.calibration);
-    let mut decisions: Vec<Decision> = samples.iter().filter_map(|raw| detector.push(&calibrator.apply(raw))).collect();
+    let mut decisions = Vec::with_capacity(samples.len());
+    for stretch in samples.chunks(STRETCH) {
+        watch()?;
+        decisions.extend(stretch.iter().filter_map(|raw| detector.push(&calibrator.apply(raw))));
+    }
     decisions.extend(std::iter::from_fn(|| detector.drain()));
     Ok(decisions)
 }

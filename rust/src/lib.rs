@@ -24,6 +24,7 @@ pub mod simulation;
 mod smoother;
 pub mod strapdown;
 pub mod trajectory;
+mod watch;
 
 pub use batch::Batch;
 pub use config::Config;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::config::{Config, PRESETS};
-use crate::detector::{decide_all, decide_all_with};
+use crate::detector::{configured, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::python::detector::PyDetector;
 use crate::sample::ImuSample;
@@ -116,12 +116,15 @@ fn detect<'py>(
     let config: Config = from_json(config)?;
     let samples = rows(&(t, accel, gyro))?;
     let decisions = match detector {
-        None => py.detach(|| decide_all(&config, rate_hz, &samples))?,
+        None => {
+            let detector = configured(&config, rate_hz)?;
+            py.detach(|| decide_all_with(detector, &config, &samples, keyboard))?
+        }
         Some(object) => {
             let (detector, failure) = PyDetector::new(object)?;
-            let decisions = py.detach(|| decide_all_with(Box::new(detector), &config, &samples))?;
+            let decisions = py.detach(|| decide_all_with(Box::new(detector), &config, &samples, keyboard));
             failure.check(py)?;
-            decisions
+            decisions?
         }
     };
     let columns = PyDict::new(py);
@@ -129,6 +132,12 @@ fn detect<'py>(
     columns.set_item("threshold", PyArray1::from_iter(py, decisions.iter().map(|d| d.threshold)))?;
     columns.set_item("decision", PyArray1::from_iter(py, decisions.iter().map(|d| d.stationary)))?;
     Ok(columns)
+}
+
+/// Lets an interrupt from the keyboard end the work of the main thread.
+#[expect(clippy::redundant_closure_for_method_calls, reason = "the method itself is not general enough")]
+fn keyboard() -> PyResult<()> {
+    Python::attach(|py| py.check_signals())
 }
 
 fn to_json(settings: &impl Serialize) -> PyResult<String> {

@@ -22,8 +22,6 @@ mod stride;
 mod timed;
 mod tremor;
 
-use std::iter;
-
 use nalgebra::{UnitQuaternion, Vector3};
 
 pub use self::gait::Gait;
@@ -38,6 +36,7 @@ use crate::error::ConfigError;
 use crate::limits;
 use crate::sample::ImuSample;
 use crate::strapdown::{Increments, NavState, Strapdown};
+use crate::watch::{STRETCH, unwatched};
 
 /// Longest rest that is simulated, s.
 const LONGEST_REST: f64 = 1e6;
@@ -82,6 +81,20 @@ pub fn simulate(
     errors: &SensorErrors,
     settings: &SimulationSettings,
 ) -> Result<Walk, ConfigError> {
+    simulate_watched(route, gait, errors, settings, unwatched)
+}
+
+/// As [`simulate`]; `watch` is asked every 10,000 samples and can end the work.
+///
+/// # Errors
+/// That of `watch`, and those of [`simulate`].
+pub fn simulate_watched<E: From<ConfigError>>(
+    route: &Route,
+    gait: &Gait,
+    errors: &SensorErrors,
+    settings: &SimulationSettings,
+    mut watch: impl FnMut() -> Result<(), E>,
+) -> Result<Walk, E> {
     route.validate()?;
     gait.validate()?;
     errors.validate()?;
@@ -91,14 +104,17 @@ pub fn simulate(
     let mut tracer = Tracer::new(&motion, gait.sensor_to_foot(), settings.strapdown(), stamps[0]);
     let mut sensor = Sensor::draw(errors, draw::stream(settings.seed, Cause::Sensor));
     let mut walk = Walk::with_capacity(stamps.len());
-    for time in stamps {
-        let (sample, truth, dt) = tracer.step(time);
-        let (gyro_bias, accel_bias) = sensor.biases();
-        walk.samples.push(sensor.read(&sample, dt));
-        walk.truth.push(truth);
-        walk.stance.push(motion.is_flat(time));
-        walk.gyro_bias.push(gyro_bias);
-        walk.accel_bias.push(accel_bias);
+    for stretch in stamps.chunks(STRETCH) {
+        watch()?;
+        for &time in stretch {
+            let (sample, truth, dt) = tracer.step(time);
+            let (gyro_bias, accel_bias) = sensor.biases();
+            walk.samples.push(sensor.read(&sample, dt));
+            walk.truth.push(truth);
+            walk.stance.push(motion.is_flat(time));
+            walk.gyro_bias.push(gyro_bias);
+            walk.accel_bias.push(accel_bias);
+        }
     }
     Ok(walk)
 }
@@ -112,15 +128,36 @@ pub fn rest(
     errors: &SensorErrors,
     settings: &SimulationSettings,
 ) -> Result<Vec<ImuSample>, ConfigError> {
+    rest_watched(duration, errors, settings, unwatched)
+}
+
+/// As [`rest`]; `watch` is asked every 10,000 samples and can end the work.
+///
+/// # Errors
+/// That of `watch`, and those of [`rest`].
+pub fn rest_watched<E: From<ConfigError>>(
+    duration: f64,
+    errors: &SensorErrors,
+    settings: &SimulationSettings,
+    mut watch: impl FnMut() -> Result<(), E>,
+) -> Result<Vec<ImuSample>, E> {
     limits::within("duration", duration, 0.0..=LONGEST_REST, "0 to 1e6 s")?;
     errors.validate()?;
     settings.validate()?;
     let mut sensor = Sensor::draw(errors, draw::stream(settings.seed, Cause::Sensor));
     let stamps = settings.stamps(duration, &mut draw::stream(settings.seed, Cause::Clock));
-    let before = stamps[0] - 1.0 / settings.rate_hz;
-    let intervals = iter::once(before).chain(stamps.iter().copied()).zip(&stamps).map(|(from, to)| to - from);
-    let reading = |(&time, dt)| sensor.read(&ImuSample::new(time, [0.0, 0.0, settings.gravity], [0.0; 3]), dt);
-    Ok(stamps.iter().zip(intervals).map(reading).collect())
+    let mut before = stamps[0] - 1.0 / settings.rate_hz;
+    let mut reading = |&time: &f64| {
+        let dt = time - before;
+        before = time;
+        sensor.read(&ImuSample::new(time, [0.0, 0.0, settings.gravity], [0.0; 3]), dt)
+    };
+    let mut samples = Vec::with_capacity(stamps.len());
+    for stretch in stamps.chunks(STRETCH) {
+        watch()?;
+        samples.extend(stretch.iter().map(&mut reading));
+    }
+    Ok(samples)
 }
 
 /// What a sensor with errors makes of samples without any.

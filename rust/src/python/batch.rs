@@ -66,9 +66,18 @@ impl PyBatch {
     }
 
     /// Columns of the track, fields of its health, and columns of its strides if the settings ask for them.
-    fn finish<'py>(&self, py: Python<'py>) -> PyResult<Finished<'py>> {
+    ///
+    /// `watch` is called now and then; what it raises, and an interrupt from the keyboard, ends the work.
+    fn finish<'py>(&self, py: Python<'py>, watch: &Bound<'py, PyAny>) -> PyResult<Finished<'py>> {
         let batch = self.inner.lock()?.take().ok_or_else(finished)?;
-        let track = py.detach(|| batch.finish());
+        let watch = watch.clone().unbind();
+        let watch = || {
+            Python::attach(|py| {
+                py.check_signals()?;
+                watch.call0(py).map(drop)
+            })
+        };
+        let track = py.detach(|| batch.finish_watched(watch));
         self.check(py)?;
         let (trajectory, health, strides) = track?;
         let strides = self.strides.then(|| columns_with_covariance(py, &strides)).transpose()?;

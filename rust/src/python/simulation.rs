@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::python::{ConfigError, from_json, matrix, rows, to_json};
+use crate::python::{ConfigError, from_json, keyboard, matrix, rows, to_json};
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
 /// All that a simulation needs.
@@ -23,7 +23,7 @@ struct Plan {
 #[pyfunction]
 pub(super) fn simulate<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py, PyDict>> {
     let Plan { route, gait, sensor, settings } = from_json(plan)?;
-    let walk = py.detach(|| crate::simulation::simulate(&route, &gait, &sensor, &settings))?;
+    let walk = py.detach(|| crate::simulation::simulate_watched(&route, &gait, &sensor, &settings, keyboard))?;
     columns(py, &walk)
 }
 
@@ -40,7 +40,7 @@ struct RestPlan {
 #[pyfunction]
 pub(super) fn simulate_rest<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py, PyDict>> {
     let RestPlan { duration, sensor, settings } = from_json(plan)?;
-    let samples = py.detach(|| crate::simulation::rest(duration, &sensor, &settings))?;
+    let samples = py.detach(|| crate::simulation::rest_watched(duration, &sensor, &settings, keyboard))?;
     let fields = PyDict::new(py);
     fields.set_item("t", PyArray1::from_iter(py, samples.iter().map(|sample| sample.time)))?;
     fields.set_item("accel", matrix(py, samples.iter().map(|sample| sample.specific_force.into()).collect())?)?;
