@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
@@ -37,8 +38,11 @@ def encode(settings: Section | dict[str, Any]) -> bytes:
     except TypeError as error:
         msg = f"a setting has a value that is no setting: {error}"
         raise ConfigError(msg) from error
-    _refuse_non_finite(values, "")
-    return msgspec.json.encode(values)
+    try:
+        return json.dumps(values, allow_nan=False).encode()
+    except ValueError:
+        _refuse_non_finite(values, "")
+        raise
 
 
 def _plain(value: Any) -> Any:

@@ -27,6 +27,9 @@ BLOCK = 20_000
 """Samples between two looks at the keyboard and two reports of progress."""
 
 
+_DEFAULTS = Config()
+
+
 def track(
     recording: Recording,
     config: Config | None = None,
@@ -73,7 +76,7 @@ def track(
         Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
     """
     trajectory = track_quietly(
-        recording, config or Config(), stationary=stationary, detector=detector, progress=progress
+        recording, config or _DEFAULTS, stationary=stationary, detector=detector, progress=progress
     )
     if trajectory.health is not None:
         _warn(recording.name, trajectory.health)
