@@ -104,8 +104,10 @@ const FOOT_FORCE: f64 = 10.0;
 const WALKING_SPEED: f64 = 1.5;
 /// Standard deviation of the heading of a person who was not seen for a while, rad.
 const HEADING_STD_AFTER_GAP: f64 = 1.0;
-/// Variance of a state that is known by definition, such as the origin: small, but above rounding.
+/// Variance of a state that is known by definition, such as the heading where it only says where n x points: small, but above rounding.
 const BY_DEFINITION: f64 = 1.0e-10;
+/// Standard deviation of the place of a foot at rest at the start, m: it rocks a little, and nothing tells about which point.
+pub(crate) const STANDING_STD: f64 = 2.0e-3;
 
 impl ErrorStateFilter {
     /// A filter that starts from an alignment at `time`.
@@ -247,7 +249,7 @@ impl ErrorStateFilter {
     /// The walk begins here.
     pub(crate) fn begin_here(&mut self) {
         self.estimate.nav.position = Vector3::zeros();
-        self.covariance.replace(Block::Position, BY_DEFINITION);
+        self.covariance.replace(Block::Position, STANDING_STD.powi(2));
     }
 
     /// Observes attitude errors (rad) about some axes of n, one after the other, and returns the errors that they tell of.
@@ -334,7 +336,7 @@ fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     let settings = &config.alignment;
     let heading_std = settings.heading_std_deg.to_radians();
     let mut p = Covariance::zero();
-    p.add_variance(Block::Position, BY_DEFINITION);
+    p.add_variance(Block::Position, STANDING_STD.powi(2));
     p.add_variance(Block::AccelBias, accel_bias);
     if !aligned.at_rest {
         p.add_variance(Block::Velocity, VELOCITY_STD_IN_MOTION.powi(2));

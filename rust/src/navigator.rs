@@ -12,7 +12,8 @@ use crate::detector::{Decision, Detector};
 use crate::earth;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
-use crate::filter::{ErrorStateFilter, Estimate};
+use crate::filter::states::Block;
+use crate::filter::{ErrorStateFilter, Estimate, STANDING_STD};
 use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
@@ -22,9 +23,11 @@ use crate::strapdown::{NavState, Strapdown};
 use crate::trajectory::Trajectory;
 
 mod levelling;
+mod scale;
 mod walk;
 
 use levelling::Levelling;
+use scale::ScaleErrors;
 use walk::{Finding, Setting, Walk};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
@@ -60,6 +63,7 @@ pub struct Navigator {
     phase: Phase,
     smoother: Option<Smoother>,
     strides: Option<Measured>,
+    scale: Option<ScaleErrors>,
     monitor: HealthMonitor,
     latest: Option<Solution>,
     /// All that spoke against a solution since the start was aligned.
@@ -143,6 +147,7 @@ impl Navigator {
             phase: Phase::start(&config, &strapdown),
             smoother: smoother(&config, rate),
             strides: strides(&config),
+            scale: ScaleErrors::new(&config.sensor),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
             reasons_so_far: Reasons::empty(),
@@ -228,11 +233,9 @@ impl Navigator {
         if let Some(strides) = &mut self.strides {
             strides.finish();
         }
-        let left = self.smoother.as_mut().and_then(Smoother::drain);
-        if let Some(solution) = left {
-            self.hand_out(solution);
-        }
-        Ok(left)
+        let Some(left) = self.smoother.as_mut().and_then(Smoother::drain) else { return Ok(None) };
+        self.hand_out(left);
+        Ok(self.latest)
     }
 
     /// Forgets everything but the settings.
@@ -243,6 +246,7 @@ impl Navigator {
         self.phase = Phase::start(&self.config, &self.strapdown);
         self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
         self.strides = strides(&self.config);
+        self.scale = ScaleErrors::new(&self.config.sensor);
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
         self.reasons_so_far = Reasons::empty();
@@ -404,7 +408,7 @@ impl Navigator {
         let due = match (&mut self.smoother, self.phase.covariance()) {
             (None, _) => Some(found),
             (Some(smoother), Some(covariance)) => smoother.push(&found, covariance),
-            (Some(smoother), None) => smoother.push(&found, &Covariance::zero()),
+            (Some(smoother), None) => smoother.push(&found, &standing()),
         };
         let Some(solution) = due else { return false };
         self.hand_out(solution);
@@ -413,7 +417,10 @@ impl Navigator {
 
     /// A solution comes out.
     #[inline]
-    fn hand_out(&mut self, solution: Solution) {
+    fn hand_out(&mut self, mut solution: Solution) {
+        if let Some(scale) = &mut self.scale {
+            scale.widen(&mut solution);
+        }
         if let Some(strides) = &mut self.strides {
             strides.come_out(&solution);
         }
@@ -479,11 +486,18 @@ impl Solution {
         let (gyro_bias, accel_bias) = (Vector3::zeros(), Vector3::zeros());
         Self {
             estimate: Estimate { nav, gyro_bias, accel_bias },
-            position_std: Vector3::zeros(),
+            position_std: Vector3::repeat(STANDING_STD),
             zero_velocity: decision.stationary,
             reasons,
         }
     }
+}
+
+/// The covariance while the start is aligned: the foot rests and the attitude is not told yet.
+fn standing() -> Covariance {
+    let mut covariance = Covariance::zero();
+    covariance.add_variance(Block::Position, STANDING_STD.powi(2));
+    covariance
 }
 
 fn smoother(config: &Config, rate: f64) -> Option<Smoother> {
