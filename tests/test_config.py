@@ -1,5 +1,6 @@
 """Settings: the core's defaults, nothing misspelt or out of range gets through, and files give back what was saved."""
 
+import re
 import tempfile
 from pathlib import Path
 
@@ -289,6 +290,14 @@ def test_live_is_the_default_detector_looking_less_far_ahead(tmp_path):
     config = Config.preset("mpu6050").replace(detector=live)
     config.save(tmp_path / "live.toml")
     assert load_config(tmp_path / "live.toml") == config
+
+
+def test_the_example_of_the_guide_is_live():
+    guide = Path(__file__).parent.parent / "docs" / "accuracy.md"
+    (example,) = re.findall(r"```python run\n(.*?)```", guide.read_text(encoding="utf-8"), re.DOTALL)
+    names = {}
+    exec(example, names)
+    assert names["navigator"].config.detector == AdaptiveShoe.live()
 
 
 def test_an_unknown_preset_names_the_known_ones():
