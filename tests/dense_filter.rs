@@ -20,10 +20,11 @@ const ACCEL_BIAS: usize = 12;
 
 type Dense = SMatrix<f64, STATES, STATES>;
 
-/// A zero velocity of known variance whenever the detector says so, and nothing else.
+/// A zero velocity of known variance whenever the detector says so, of which the foot takes a part along, and nothing else.
 fn config() -> Config {
     let filter = FilterConfig {
         zero_velocity_lever: 0.0,
+        zero_velocity_shared: 0.7,
         innovation_gate: f64::MAX,
         zero_angular_rate: false,
         ..FilterConfig::default()
@@ -38,6 +39,10 @@ struct DenseFilter {
     covariance: Dense,
     previous: ImuSample,
     increments: Increments,
+    /// Time since the last zero velocity, s.
+    gone_for: f64,
+    /// Variance that the position gains with the next step, m².
+    strayed: f64,
 }
 
 impl DenseFilter {
@@ -48,9 +53,22 @@ impl DenseFilter {
         (self.previous, self.increments) = (*sample, now);
         let f = transition(&step);
         self.covariance = f * self.covariance * f.transpose() + noise(config, step.dt);
+        for i in POSITION..VELOCITY {
+            self.covariance[(i, i)] += self.strayed;
+        }
         if decision.stationary && step.specific_force.z > 0.0 {
             self.observe_rest(config.filter.zero_velocity_std.powi(2));
+            (self.gone_for, self.strayed) = (0.0, 0.0);
+        } else {
+            self.go_on(config, step.dt);
         }
+    }
+
+    /// A foot that was faster in its stance than the filter believes goes on at that speed.
+    fn go_on(&mut self, config: &Config, dt: f64) {
+        let strayed = |time: f64| (config.filter.zero_velocity_shared * config.filter.zero_velocity_std * time).powi(2);
+        self.strayed = strayed(self.gone_for + dt) - strayed(self.gone_for);
+        self.gone_for += dt;
     }
 
     fn observe_rest(&mut self, variance: f64) {
@@ -131,7 +149,15 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64) {
                 .increments(&samples[index - 1], &samples[index])
                 .without_bias(&biases.gyro_bias, &biases.accel_bias);
             let (covariance, previous) = (covariance.dense(), samples[index]);
-            dense = Some(DenseFilter { strapdown, estimate, covariance, previous, increments });
+            dense = Some(DenseFilter {
+                strapdown,
+                estimate,
+                covariance,
+                previous,
+                increments,
+                gone_for: 0.0,
+                strayed: 0.0,
+            });
             continue;
         }
         let dense = dense.as_mut().unwrap();

@@ -1,5 +1,6 @@
 """Settings: the core's defaults, nothing misspelt or out of range gets through, and files give back what was saved."""
 
+import re
 import tempfile
 from pathlib import Path
 
@@ -171,6 +172,9 @@ OUT_OF_RANGE = [
     ("sensor", Sensor, {"gyro_noise_density": -1.0}),
     ("sensor", Sensor, {"accel_bias_std": -0.1}),
     ("sensor", Sensor, {"gyro_range": 0.0}),
+    ("sensor", Sensor, {"gyro_scale_std": -0.01}),
+    ("sensor", Sensor, {"accel_scale_std": 0.2}),
+    ("filter", Filter, {"zero_velocity_shared": 1.1}),
     ("sensor", Sensor, {"accel_range": -16.0}),
     ("calibration", Calibration, {"accel_matrix": ((0.0,) * 3,) * 3}),
     ("calibration", Calibration, {"gyro_matrix": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))}),
@@ -279,6 +283,23 @@ def test_a_preset_changes_the_sensor_alone_and_survives_a_file(name, tmp_path):
     assert load_config(tmp_path / "preset.toml") == preset
 
 
+def test_live_is_the_default_detector_looking_less_far_ahead(tmp_path):
+    live = AdaptiveShoe.live()
+    assert live == AdaptiveShoe(look_ahead=live.look_ahead, contrast=live.contrast)
+    assert live.look_ahead < AdaptiveShoe().look_ahead
+    config = Config.preset("mpu6050").replace(detector=live)
+    config.save(tmp_path / "live.toml")
+    assert load_config(tmp_path / "live.toml") == config
+
+
+def test_the_example_of_the_guide_is_live():
+    guide = Path(__file__).parent.parent / "docs" / "accuracy.md"
+    (example,) = re.findall(r"```python run\n(.*?)```", guide.read_text(encoding="utf-8"), re.DOTALL)
+    names = {}
+    exec(example, names)
+    assert names["navigator"].config.detector == AdaptiveShoe.live()
+
+
 def test_an_unknown_preset_names_the_known_ones():
     with pytest.raises(ConfigError) as error:
         Config.preset("mpu9250")
@@ -298,6 +319,8 @@ sensors = st.builds(
     gyro_noise_density=positive,
     accel_noise_density=positive,
     gyro_bias_std=positive,
+    gyro_scale_std=st.floats(0.0, 0.1),
+    accel_scale_std=st.floats(0.0, 0.1),
     gyro_range=st.none() | positive,
     accel_range=st.none() | positive,
 )
@@ -326,7 +349,11 @@ detectors = st.one_of(
     st.builds(MagnitudeVariance, window=windows, magnitude_gate=positive, variance_gate=positive),
 )
 filters = st.builds(
-    Filter, zero_velocity_std=positive, zero_velocity_lever=st.floats(0.0, 0.2), zero_angular_rate=st.booleans()
+    Filter,
+    zero_velocity_std=positive,
+    zero_velocity_lever=st.floats(0.0, 0.2),
+    zero_velocity_shared=st.floats(0.0, 1.0),
+    zero_angular_rate=st.booleans(),
 )
 limits = st.builds(HealthLimits, degraded_after=st.floats(0.1, 5.0), invalid_after=st.floats(5.0, 60.0))
 outputs = st.builds(

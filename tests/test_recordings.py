@@ -5,7 +5,19 @@ import warnings
 import numpy as np
 import pytest
 
-from footnav import Config, FootnavWarning, Navigator, Reason, Recording, Status, Trajectory, evaluate, read, track
+from footnav import (
+    AdaptiveShoe,
+    Config,
+    FootnavWarning,
+    Navigator,
+    Reason,
+    Recording,
+    Status,
+    Trajectory,
+    evaluate,
+    read,
+    track,
+)
 from footnav.evaluation import path_length
 from footnav.tracking import with_ranges_of
 
@@ -140,6 +152,19 @@ def test_xio_counts_what_is_wrong_with_its_stamps(xio):
     assert states.health.status is Status.DEGRADED
     with pytest.warns(FootnavWarning, match=r"205 samples repeat.*missing"):
         track(recording)
+
+
+def test_live_is_less_than_three_tenths_of_a_second_late_and_as_accurate_as_promised(vicon, openshoe, mpu6050, xio):
+    live = Config(detector=AdaptiveShoe.live())
+    recordings = [recording for recording, *_ in (*vicon, *openshoe, *mpu6050, xio)]
+    for rate in {60.0, 100.0, 200.0, 800.0} | {recording.rate_hz for recording in recordings}:
+        assert Navigator(live, rate).latency / rate <= 0.3
+    errors = []
+    for recording, truth, _ in vicon:
+        navigator = Navigator(live, recording.rate_hz)
+        parts = [navigator.push_block(recording.t, recording.accel, recording.gyro), navigator.flush()]
+        errors.append(armse(Trajectory.concatenate(parts), truth))
+    assert np.mean(errors) <= 0.10
 
 
 def test_a_start_in_motion_is_flagged_in_the_middle_of_a_walk(vicon):

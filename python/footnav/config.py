@@ -42,6 +42,8 @@ class Sensor(Section, frozen=True, kw_only=True):
         Standard deviation of the gyroscope's bias before any rest was seen, rad/s.
     accel_bias_std : float
         Standard deviation of the accelerometer's bias, m/s².
+    gyro_scale_std, accel_scale_std : float
+        Standard deviations of scale factors and misalignments (rad) that no calibration took out.
     gyro_range : float, optional
         Full scale of the gyroscope, rad/s.
     accel_range : float, optional
@@ -54,6 +56,8 @@ class Sensor(Section, frozen=True, kw_only=True):
     accel_bias_walk: float = 1.0e-4
     gyro_bias_std: float = 0.02
     accel_bias_std: float = 0.15
+    gyro_scale_std: float = 0.0
+    accel_scale_std: float = 0.0
     gyro_range: float | None = None
     accel_range: float | None = None
 
@@ -166,6 +170,9 @@ class Filter(Section, frozen=True, kw_only=True):
     zero_velocity_lever : float
         Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular
         rate.
+    zero_velocity_shared : float
+        Part of both that all zero velocities of a stance have in common, 0 to 1.  The foot takes it along to the next
+        stance, so it widens the uncertainty of the position; the track is the same.
     innovation_gate : float
         Squared Mahalanobis distance beyond which a zero velocity, zero angular rate or attitude is rejected.
     rejection_limit : float
@@ -196,6 +203,7 @@ class Filter(Section, frozen=True, kw_only=True):
     clipped_noise_factor: float = 30.0
     zero_velocity_std: float = 0.01
     zero_velocity_lever: float = 0.03
+    zero_velocity_shared: float = 1.0
     innovation_gate: float = 1.0e3
     rejection_limit: float = 0.1
     attitude_update: Literal["none", "gravity", "iaa"] = "none"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias, cast, get_args
 
+import msgspec
+
+from footnav import _core
 from footnav.errors import ConfigError
 from footnav.section import Section, by_kind, unknown_kind
 
@@ -40,6 +43,18 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
     floor: float = 500.0
     ceiling: float = 2.0e5
     contrast: float = 0.015
+
+    @classmethod
+    def live(cls) -> AdaptiveShoe:
+        """Return the settings for a stream that must not be late by more than 0.3 s.
+
+        Examples
+        --------
+        >>> config = Config.preset("mpu6050").replace(detector=AdaptiveShoe.live())
+        >>> Navigator(config, rate_hz=200.0).latency
+        55
+        """
+        return msgspec.json.decode(_core.live_detector(), type=cls)
 
 
 class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):

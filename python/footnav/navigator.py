@@ -50,6 +50,9 @@ class Navigator(_core.Navigator):
     the end of the step; :meth:`now` carries the filter's newest state forward to the newest sample.  While the start
     is aligned the states stay at the origin and `health` says so.
 
+    The default looks ahead for 0.625 s and is the more accurate for it; with
+    ``Config(detector=AdaptiveShoe.live())`` it is 0.275 s.  ``docs/accuracy.md`` tells what that costs.
+
     Threads may share a navigator if they take turns: whatever is asked of it while another call is at work raises
     `footnav.errors.BusyError` and changes nothing.
 

@@ -70,6 +70,10 @@ pub struct SensorConfig {
     pub gyro_bias_std: f64,
     /// Standard deviation of the accelerometer's bias, m/s².
     pub accel_bias_std: f64,
+    /// Standard deviation of the gyroscope's scale factors and misalignments (rad) that no calibration took out.
+    pub gyro_scale_std: f64,
+    /// The same of the accelerometer.
+    pub accel_scale_std: f64,
     /// Full scale of the gyroscope, rad/s; unknown when absent.
     pub gyro_range: Option<f64>,
     /// Full scale of the accelerometer, m/s²; unknown when absent.
@@ -85,6 +89,8 @@ impl Default for SensorConfig {
             accel_bias_walk: 1.0e-4,
             gyro_bias_std: 0.02,
             accel_bias_std: 0.15,
+            gyro_scale_std: 0.0,
+            accel_scale_std: 0.0,
             gyro_range: None,
             accel_range: None,
         }
@@ -318,6 +324,8 @@ impl SensorConfig {
         at_least_zero("sensor.accel_bias_walk", self.accel_bias_walk)?;
         positive("sensor.gyro_bias_std", self.gyro_bias_std)?;
         positive("sensor.accel_bias_std", self.accel_bias_std)?;
+        within("sensor.gyro_scale_std", self.gyro_scale_std, 0.0..=0.1, "between 0 and 0.1")?;
+        within("sensor.accel_scale_std", self.accel_scale_std, 0.0..=0.1, "between 0 and 0.1")?;
         self.gyro_range.map_or(Ok(()), |range| positive("sensor.gyro_range", range))?;
         self.accel_range.map_or(Ok(()), |range| positive("sensor.accel_range", range))
     }

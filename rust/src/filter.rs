@@ -84,6 +84,7 @@ impl ProcessNoise {
     #[inline]
     fn over(&self, motion: f64, dt: f64) -> Noise {
         Noise {
+            position: 0.0,
             velocity: self.velocity * motion,
             attitude: self.attitude * motion,
             gyro_bias: self.gyro_bias * dt,
@@ -122,8 +123,10 @@ const FOOT_FORCE: f64 = 10.0;
 const WALKING_SPEED: f64 = 1.5;
 /// Standard deviation of the heading of a person who was not seen for a while, rad.
 const HEADING_STD_AFTER_GAP: f64 = 1.0;
-/// Variance of a state that is known by definition, such as the origin: small, but above rounding.
+/// Variance of a state that is known by definition, such as the heading where it only says where n x points: small, but above rounding.
 const BY_DEFINITION: f64 = 1.0e-10;
+/// Standard deviation of the place of a foot at rest at the start, m: it rocks a little, and nothing tells about which point.
+pub(crate) const STANDING_STD: f64 = 2.0e-3;
 
 impl ErrorStateFilter {
     /// A filter that starts from an alignment at `time`.
@@ -154,12 +157,19 @@ impl ErrorStateFilter {
 
     /// Carries the covariance over one step of the mechanization.
     ///
-    /// `bridged` is the part of the step that no sample speaks for, s.
+    /// `bridged` is the part of the step that no sample speaks for, s; `strayed` is a variance that the position gains beside it, m².
     #[inline]
-    pub(crate) fn predict(&mut self, step: &Step, clipped: bool, bridged: f64, journal: &mut impl Journal) {
+    pub(crate) fn predict(
+        &mut self,
+        step: &Step,
+        clipped: bool,
+        bridged: f64,
+        strayed: f64,
+        journal: &mut impl Journal,
+    ) {
         let transition = Transition::new(step, &self.earth_rate);
         let motion = if clipped { self.clipped_factor * step.dt } else { step.dt };
-        let noise = self.noise.over(motion, step.dt);
+        let noise = Noise { position: strayed, ..self.noise.over(motion, step.dt) };
         journal.transition(&transition, &noise);
         self.covariance.predict(&transition, &noise);
         if bridged > 0.0 {
@@ -270,7 +280,7 @@ impl ErrorStateFilter {
     /// The walk begins here.
     pub(crate) fn begin_here(&mut self) {
         self.estimate.nav.position = Vector3::zeros();
-        self.covariance.replace(Block::Position, BY_DEFINITION);
+        self.covariance.replace(Block::Position, STANDING_STD.powi(2));
     }
 
     /// Observes attitude errors (rad) about some axes of n, one after the other, and returns the errors that they tell of.
@@ -357,7 +367,7 @@ fn initial_covariance(config: &Config, aligned: &Aligned) -> Covariance {
     let settings = &config.alignment;
     let heading_std = settings.heading_std_deg.to_radians();
     let mut p = Covariance::zero();
-    p.add_variance(Block::Position, BY_DEFINITION);
+    p.add_variance(Block::Position, STANDING_STD.powi(2));
     p.add_variance(Block::AccelBias, accel_bias);
     if !aligned.at_rest {
         p.add_variance(Block::Velocity, VELOCITY_STD_IN_MOTION.powi(2));

@@ -12,7 +12,8 @@ use crate::detector::{Decision, Detector};
 use crate::earth;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
-use crate::filter::{ErrorStateFilter, Estimate};
+use crate::filter::states::Block;
+use crate::filter::{ErrorStateFilter, Estimate, STANDING_STD};
 use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
@@ -22,9 +23,11 @@ use crate::strapdown::{NavState, Strapdown};
 use crate::trajectory::Trajectory;
 
 mod levelling;
+mod scale;
 mod walk;
 
 use levelling::Levelling;
+use scale::ScaleErrors;
 use walk::{Finding, Setting, Walk};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
@@ -60,6 +63,7 @@ pub struct Navigator {
     phase: Phase,
     smoother: Option<Smoother>,
     strides: Option<Measured>,
+    scale: Option<ScaleErrors>,
     monitor: HealthMonitor,
     latest: Option<Solution>,
     /// All that spoke against a solution since the start was aligned.
@@ -143,6 +147,7 @@ impl Navigator {
             phase: Phase::start(&config, &strapdown),
             smoother: smoother(&config, rate),
             strides: strides(&config),
+            scale: ScaleErrors::new(&config.sensor),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
             reasons_so_far: Reasons::empty(),
@@ -240,11 +245,9 @@ impl Navigator {
         if let Some(strides) = &mut self.strides {
             strides.finish();
         }
-        let left = self.smoother.as_mut().and_then(Smoother::drain);
-        if let Some(solution) = left {
-            self.hand_out(solution);
-        }
-        Ok(left)
+        let Some(left) = self.smoother.as_mut().and_then(Smoother::drain) else { return Ok(None) };
+        self.hand_out(left);
+        Ok(self.latest)
     }
 
     /// Makes room for solutions that have to wait for the end of the data.
@@ -274,6 +277,7 @@ impl Navigator {
         self.phase = Phase::start(&self.config, &self.strapdown);
         self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
         self.strides = strides(&self.config);
+        self.scale = ScaleErrors::new(&self.config.sensor);
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
         self.reasons_so_far = Reasons::empty();
@@ -412,7 +416,8 @@ impl Navigator {
         }
         let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?;
         self.reasons_so_far |= found.reasons;
-        self.latest = Some(walk.solution(found));
+        let solution = walk.solution(found);
+        self.hand_out(solution);
         Ok(true)
     }
 
@@ -450,7 +455,11 @@ impl Navigator {
     }
 
     /// A solution comes out.
-    fn hand_out(&mut self, solution: Solution) {
+    #[inline]
+    fn hand_out(&mut self, mut solution: Solution) {
+        if let Some(scale) = &mut self.scale {
+            scale.widen(&mut solution);
+        }
         if let Some(strides) = &mut self.strides {
             strides.come_out(&solution);
         }
@@ -516,7 +525,7 @@ impl Solution {
         let (gyro_bias, accel_bias) = (Vector3::zeros(), Vector3::zeros());
         Self {
             estimate: Estimate { nav, gyro_bias, accel_bias },
-            position_std: Vector3::zeros(),
+            position_std: Vector3::repeat(STANDING_STD),
             zero_velocity: decision.stationary,
             reasons,
         }

@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::config::{Config, PRESETS};
+use crate::config::{AdaptiveShoeConfig, Config, DetectorConfig, PRESETS};
 use crate::detector::{configured, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::python::detector::PyDetector;
@@ -52,6 +52,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<navigator::PyColumns>()?;
     module.add_class::<navigator::PyNavigator>()?;
     module.add_function(wrap_pyfunction!(default_config, module)?)?;
+    module.add_function(wrap_pyfunction!(live_detector, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_names, module)?)?;
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
@@ -81,6 +82,12 @@ fn default_config() -> PyResult<String> {
 #[pyfunction]
 fn preset_config(name: &str) -> PyResult<String> {
     to_json(&Config::preset(name)?)
+}
+
+/// The settings of the default detector for a stream that must not be late, as JSON.
+#[pyfunction]
+fn live_detector() -> PyResult<String> {
+    to_json(&DetectorConfig::AdaptiveShoe(AdaptiveShoeConfig::live()))
 }
 
 /// The names of the presets.

@@ -78,6 +78,17 @@ impl Default for AdaptiveShoeConfig {
     }
 }
 
+impl AdaptiveShoeConfig {
+    /// For a stream that must not be late by more than 0.3 s.
+    ///
+    /// A quarter of a second ahead there may be no more than the end of a swing, so that the swing which a stance is held against is often only seen behind it; it must be stiller than
+    /// that by a little more.
+    #[must_use]
+    pub fn live() -> Self {
+        Self { look_ahead: 0.25, contrast: 0.01, ..Self::default() }
+    }
+}
+
 /// SHOE with a fixed threshold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -47,6 +47,8 @@ pub struct FilterConfig {
     pub zero_velocity_std: f64,
     /// Distance (m) of the sensor from what the foot rolls about: the velocity of a foot in stance is uncertain by this times its angular rate.
     pub zero_velocity_lever: f64,
+    /// Part of both that all zero velocities of a stance have in common.  The foot takes it along to the next stance, so it widens the uncertainty of the position; the track is the same.
+    pub zero_velocity_shared: f64,
     /// Squared Mahalanobis distance of a zero velocity, zero angular rate or attitude from the prediction beyond which it is rejected.
     pub innovation_gate: f64,
     /// Time in stance, over one or several of them, with nothing but rejections after which a zero velocity is believed all the same, s: the foot stands and
@@ -77,6 +79,7 @@ impl Default for FilterConfig {
             clipped_noise_factor: 30.0,
             zero_velocity_std: 0.01,
             zero_velocity_lever: 0.03,
+            zero_velocity_shared: 1.0,
             innovation_gate: 1.0e3,
             rejection_limit: 0.1,
             attitude_update: AttitudeUpdate::default(),
@@ -97,6 +100,7 @@ impl FilterConfig {
         within("filter.clipped_noise_factor", self.clipped_noise_factor, 1.0..=f64::MAX, "at least 1")?;
         positive("filter.zero_velocity_std", self.zero_velocity_std)?;
         at_least_zero("filter.zero_velocity_lever", self.zero_velocity_lever)?;
+        within("filter.zero_velocity_shared", self.zero_velocity_shared, 0.0..=1.0, "between 0 and 1")?;
         positive("filter.innovation_gate", self.innovation_gate)?;
         at_least_zero("filter.rejection_limit", self.rejection_limit)?;
         self.attitude_threshold.map_or(Ok(()), |threshold| positive("filter.attitude_threshold", threshold))?;

@@ -11,6 +11,8 @@ use crate::error::ConfigError;
 /// Names of the known sensors.
 pub const PRESETS: [&str; 5] = ["mpu6050", "mti-g710", "stim300", "ngimu", "vn100"];
 
+/// Scale of an uncalibrated MPU-6050: the sheet's 3 % are three standard deviations.
+const MPU6050_SCALE: f64 = 0.01;
 const MICRO_G: f64 = 9.806_65e-6;
 
 impl Config {
@@ -20,7 +22,11 @@ impl Config {
     /// [`ConfigError::UnknownPreset`], listing the known names.
     pub fn preset(name: &str) -> Result<Self, ConfigError> {
         let sensor = match name {
-            "mpu6050" => datasheet(0.005, 400.0, 5.0, 0.4),
+            "mpu6050" => SensorConfig {
+                gyro_scale_std: MPU6050_SCALE,
+                accel_scale_std: MPU6050_SCALE,
+                ..datasheet(0.005, 400.0, 5.0, 0.4)
+            },
             "mti-g710" => datasheet(0.01, 80.0, 0.2, 0.03),
             "stim300" => datasheet(0.0025, 50.0, 0.07, 0.02),
             "ngimu" => datasheet(0.007, 180.0, 1.0, 0.3),

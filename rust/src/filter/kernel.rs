@@ -262,10 +262,10 @@ mod tests {
             half in 0.001..0.5,
             tilt in [-2.0..2.0, -2.0..2.0, -2.0..2.0],
             bias in matrices(),
-            [velocity, attitude, gyro_bias, accel_bias] in [0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0],
+            [position_noise, velocity, attitude, gyro_bias, accel_bias] in [0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0],
         ) {
             let tilt = Vector3::from(tilt);
-            let noise = Noise { velocity, attitude, gyro_bias, accel_bias };
+            let noise = Noise { position: position_noise, velocity, attitude, gyro_bias, accel_bias };
             let prediction = Prediction { half, tilt, bias: &bias, noise: &noise };
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             predict(&mut best, &prediction);
@@ -273,7 +273,7 @@ mod tests {
             let position = shear(POSITION, VELOCITY, &Matrix3::from_diagonal_element(half));
             let f = shear(ATTITUDE, GYRO_BIAS, &bias)
                 * position * shear(VELOCITY, ACCEL_BIAS, &bias) * shear(VELOCITY, ATTITUDE, &cross_matrix(&tilt)) * position;
-            let variances = [0.0, velocity, attitude, gyro_bias, accel_bias];
+            let variances = [position_noise, velocity, attitude, gyro_bias, accel_bias];
             let q = Dense::from_fn(|i, j| if i == j { variances[i / BLOCK] } else { 0.0 });
             let expected = f * dense * f.transpose() + q;
             for moved in [best, baseline] {

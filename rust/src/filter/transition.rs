@@ -12,6 +12,8 @@ use crate::strapdown::Step;
 /// Variances that a step adds to the errors, the same on each axis; what is added is independent of all that was before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
+    /// Of the position, m².
+    pub position: f64,
     /// Of the velocity, m²/s².
     pub velocity: f64,
     /// Of the attitude, rad².

@@ -35,6 +35,40 @@ pub(super) struct Walk {
     still_for: f64,
     rejected_for: f64,
     unaided: UnaidedVelocity,
+    footing: Footing,
+    /// Variance that the position gains with the next prediction, m².
+    strayed: f64,
+}
+
+/// What the zero velocities of a stance have in common: how fast the foot may really have been.
+#[derive(Clone, Copy, Default)]
+struct Footing {
+    /// Number of the stance's zero velocities, and the sum of their inverse variances.
+    updates: f64,
+    information: f64,
+    /// Time since the last of them, s.
+    gone_for: f64,
+}
+
+impl Footing {
+    /// A zero velocity was used.
+    fn stand(&mut self, variance: f64) {
+        if self.gone_for > 0.0 {
+            *self = Self::default();
+        }
+        self.updates += 1.0;
+        self.information += variance.recip();
+    }
+
+    /// The foot goes on for `dt` (s); the variance that its position gains from what the stance was wrong by, m².
+    fn go_on(&mut self, dt: f64) -> f64 {
+        if self.updates == 0.0 {
+            return 0.0;
+        }
+        let before = self.gone_for;
+        self.gone_for += dt;
+        self.updates / self.information * (self.gone_for.powi(2) - before.powi(2))
+    }
 }
 
 /// The velocity (n, m/s) as it is without what the present stance tells.
@@ -57,7 +91,16 @@ impl UnaidedVelocity {
 impl Walk {
     pub(super) fn new(filter: ErrorStateFilter, sample: &ImuSample) -> Self {
         let unaided = UnaidedVelocity { value: filter.estimate.nav.velocity, in_stance: false };
-        Self { filter, previous: *sample, increments: Increments::NONE, still_for: 0.0, rejected_for: 0.0, unaided }
+        Self {
+            filter,
+            previous: *sample,
+            increments: Increments::NONE,
+            still_for: 0.0,
+            rejected_for: 0.0,
+            unaided,
+            footing: Footing::default(),
+            strayed: 0.0,
+        }
     }
 
     /// Goes through samples that came before the walk's first solution; a stride may start where the foot stood until then.
@@ -97,8 +140,9 @@ impl Walk {
         let step = self.step(setting.strapdown, sample, *events, journal);
         let stationary = decision.stationary && is_held_up(&step);
         self.unaided.step(&before, &self.filter.estimate.nav.velocity, stationary);
-        if stationary && step.dt > 0.0 {
-            self.stand(config, monitor, &step, sample, journal);
+        let stands = stationary && step.dt > 0.0 && self.stand(config, monitor, &step, sample, journal);
+        if !stands {
+            self.strayed = config.zero_velocity_shared.powi(2) * self.footing.go_on(step.dt);
         }
         if self.rests(config, sample, step.dt, *events) {
             let update = self.filter.zero_angular_rate(sample, config.zero_angular_rate_std, journal);
@@ -121,7 +165,7 @@ impl Walk {
         self.filter.check()
     }
 
-    /// What a foot on the ground tells.
+    /// What a foot on the ground tells, and whether its velocity was believed to be zero.
     #[inline]
     fn stand(
         &mut self,
@@ -130,17 +174,22 @@ impl Walk {
         step: &Step,
         sample: &ImuSample,
         journal: &mut impl Journal,
-    ) {
+    ) -> bool {
         match config.kind {
             FilterKind::Kf => {
                 self.observe_attitude(config, step, sample, journal);
-                monitor.zero_velocity(sample.time, self.zero_velocity(config, sample, journal));
+                let accepted = self.zero_velocity(config, sample, journal);
+                monitor.zero_velocity(sample.time, accepted);
+                accepted
             }
             FilterKind::Dr => {
-                self.filter.stop(config.zero_velocity_std.powi(2), journal);
+                let variance = config.zero_velocity_std.powi(2);
+                self.filter.stop(variance, journal);
+                self.footing.stand(variance);
                 monitor.zero_velocity(sample.time, true);
+                true
             }
-            FilterKind::Ins => {}
+            FilterKind::Ins => false,
         }
     }
 
@@ -179,7 +228,8 @@ impl Walk {
     ) -> Step {
         let bridged = strapdown.bridged(&self.previous, sample);
         let step = self.propagate(strapdown, sample);
-        self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged, journal);
+        let strayed = std::mem::take(&mut self.strayed);
+        self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged, strayed, journal);
         step
     }
 
@@ -227,6 +277,9 @@ impl Walk {
         let insist = self.rejected_for > config.rejection_limit;
         let accepted = self.filter.zero_velocity(variance, insist, journal).accepted;
         self.rejected_for = if accepted { 0.0 } else { self.rejected_for + self.increments.dt };
+        if accepted {
+            self.footing.stand(variance);
+        }
         accepted
     }
 
@@ -249,4 +302,23 @@ impl Walk {
 #[inline]
 fn is_held_up(step: &Step) -> bool {
     step.specific_force.z > 0.0 || step.dt == 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_foot_takes_along_what_its_last_stance_was_wrong_by() {
+        let mut footing = Footing::default();
+        assert!(footing.go_on(0.1).abs() < f64::EPSILON);
+        footing.stand(1.0);
+        footing.go_on(0.3);
+        for variance in [0.04, 0.01] {
+            footing.stand(variance);
+        }
+        let strayed: f64 = [0.1, 0.2, 0.5].iter().map(|&dt| footing.go_on(dt)).sum();
+        let shared = 2.0 / (1.0 / 0.04 + 1.0 / 0.01);
+        assert!((strayed - shared * 0.8_f64.powi(2)).abs() < 1e-15, "{strayed}");
+    }
 }
