@@ -274,10 +274,10 @@ mod tests {
         for step in moves {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
             let f = dense_of(|states| {
-                transition.apply(states);
                 if let Some(m) = &step.tie {
                     states.add_transformed(Block::Attitude, Block::AccelBias, m);
                 }
+                transition.apply(states);
             });
             (x, p) = (f * x, f * p * f.transpose() + Dense::identity() * NOISE);
             let predicted = (x, p);
@@ -318,18 +318,18 @@ mod tests {
             p.add_variance(block, 1.0);
         }
         let mut x = States::zeros();
+        let noise = Noise { velocity: NOISE, attitude: NOISE, gyro_bias: NOISE, accel_bias: NOISE };
         for (step, row) in moves.iter().zip(rows) {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
-            transition.apply(&mut p);
-            segment.transition(&transition, &Noise::default());
             if let Some(m) = &step.tie {
                 p.add_transformed(Block::Attitude, Block::AccelBias, m);
                 segment.tie(m);
             }
-            for block in Block::ALL {
-                p.add_variance(block, NOISE);
-                segment.doubt(block, NOISE);
-            }
+            transition.apply(&mut p);
+            segment.transition(&transition, &noise);
+            p.add_noise(&noise);
+            p.add_variance(Block::Position, NOISE);
+            segment.doubt(Block::Position, NOISE);
             x = row.f * x;
             let first = BLOCK_SIZE * Block::ALL.iter().position(|&b| b == step.block).unwrap();
             let innovation = step.reading - x.fixed_rows::<3>(first);
