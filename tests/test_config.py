@@ -1,6 +1,8 @@
 """Settings: the core's defaults, nothing misspelt or out of range gets through, and files give back what was saved."""
 
 import re
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -420,3 +422,21 @@ def test_with_heading_from_takes_the_mean_field_of_the_rest():
     config = Config(alignment=Alignment(heading_deg=5.0)).with_heading_from(recording)
     assert config.alignment.heading_deg is None
     np.testing.assert_allclose(config.alignment.magnetic_field, [2e-5, 0.0, -4e-5], rtol=1e-12)
+
+
+def test_threads_may_ask_for_the_first_preset_at_once():
+    """In a process of its own, where no settings were ever made of JSON; what goes wrong there ends the process."""
+    program = """
+import sys, threading, footnav
+sys.setswitchinterval(1e-6)
+together, presets = threading.Barrier(4), []
+def ask():
+    together.wait()
+    presets.append(footnav.Config.preset("mpu6050"))
+threads = [threading.Thread(target=ask) for _ in range(4)]
+for thread in threads: thread.start()
+for thread in threads: thread.join()
+assert len(presets) == 4 and len(set(map(repr, presets))) == 1
+"""
+    for _ in range(3):
+        subprocess.run([sys.executable, "-c", program], check=True)

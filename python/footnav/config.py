@@ -9,12 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-import msgspec
-
 from footnav import _core
 from footnav.config_file import load_settings, save_settings
 from footnav.detectors import AdaptiveShoe, Detector
-from footnav.section import Section, encode
+from footnav.section import Section, decode, encode
 
 if TYPE_CHECKING:
     from footnav.recording import Recording
@@ -358,7 +356,7 @@ class Config(Section, frozen=True, kw_only=True):
         ConfigError
             No such preset; the message lists the known ones.
         """
-        return msgspec.json.decode(_core.preset_config(name), type=cls)
+        return decode(_core.preset_config(name), cls)
 
     @property
     def gravity(self) -> float:

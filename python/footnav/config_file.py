@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from footnav.errors import ConfigError
-from footnav.section import Section, encode, refuse_unknown
+from footnav.section import Section, convert, encode, refuse_unknown
 
 Settings = TypeVar("Settings", bound=Section)
 
@@ -39,7 +39,7 @@ def load_settings(kind: type[Settings], path: str | PathLike[str]) -> Settings:
     try:
         settings = msgspec.toml.decode(path.read_bytes(), type=dict[str, Any])
         refuse_unknown(kind, settings, "")
-        return msgspec.convert(settings, kind)
+        return convert(settings, kind)
     except OSError as error:
         msg = f"{path}: {error.strerror or error}"
         raise ConfigError(msg) from error

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias, cast, get_args
 
-import msgspec
-
 from footnav import _core
 from footnav.errors import ConfigError
-from footnav.section import Section, by_kind, unknown_kind
+from footnav.section import Section, by_kind, decode, unknown_kind
 
 Condition: TypeAlias = Literal["magnitude", "variance", "rate"]
 
@@ -54,7 +52,7 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
         >>> Navigator(config, rate_hz=200.0).latency
         55
         """
-        return msgspec.json.decode(_core.live_detector(), type=cls)
+        return decode(_core.live_detector(), cls)
 
 
 class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import msgspec
 import numpy as np
@@ -23,6 +24,12 @@ class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         """Return the same settings with some of them changed."""
         refuse_unknown(type(self), changes, "")
         return msgspec.structs.replace(self, **changes)
+
+
+S = TypeVar("S", bound=Section)
+
+_CONVERTING = threading.Lock()
+"""msgspec finds out about a type when it is converted to for the first time, which two threads must not do at once."""
 
 
 def encode(settings: Section | dict[str, Any]) -> bytes:
@@ -43,6 +50,23 @@ def encode(settings: Section | dict[str, Any]) -> bytes:
     except ValueError:
         _refuse_non_finite(values, "")
         raise
+
+
+def decode(text: str, kind: type[S]) -> S:
+    """Return the settings of a type that the core wrote as JSON."""
+    return convert(msgspec.json.decode(text), kind)
+
+
+def convert(values: Any, kind: type[S]) -> S:
+    """Make settings of a type from numbers and tables.
+
+    Raises
+    ------
+    msgspec.ValidationError
+        A value is of the wrong type.
+    """
+    with _CONVERTING:
+        return msgspec.convert(values, kind)
 
 
 def _plain(value: Any) -> Any:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-import msgspec
 import numpy as np
 
 from footnav import _core
 from footnav.config import IDENTITY, Matrix, Vector
 from footnav.errors import ConfigError
 from footnav.recording import Recording
-from footnav.section import Section, encode
+from footnav.section import Section, decode, encode
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -153,7 +152,7 @@ class Gait(Section, frozen=True, kw_only=True):
         ConfigError
             No such gait; the message lists the known ones.
         """
-        return msgspec.json.decode(_core.gait_preset(name), type=cls)
+        return decode(_core.gait_preset(name), cls)
 
 
 class TriadErrors(Section, frozen=True, kw_only=True):
@@ -217,7 +216,7 @@ class SensorErrors(Section, frozen=True, kw_only=True):
         ConfigError
             No such sensor; the message lists the known ones.
         """
-        return msgspec.json.decode(_core.sensor_preset(name), type=cls)
+        return decode(_core.sensor_preset(name), cls)
 
 
 def simulate(
@@ -342,4 +341,4 @@ def _route(shape: str, *sizes: float) -> Route:
     if not np.all(np.isfinite(sizes)):
         msg = f"route {shape!r} with sizes {sizes}: expected finite numbers"
         raise ConfigError(msg)
-    return msgspec.json.decode(_core.route(shape, [float(size) for size in sizes]), type=Route)
+    return decode(_core.route(shape, [float(size) for size in sizes]), Route)

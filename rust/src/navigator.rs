@@ -12,7 +12,6 @@ use crate::detector::{Decision, Detector};
 use crate::earth;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
-use crate::filter::states::Block;
 use crate::filter::{ErrorStateFilter, Estimate, STANDING_STD};
 use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};

@@ -318,16 +318,15 @@ mod tests {
             p.add_variance(block, 1.0);
         }
         let mut x = States::zeros();
-        let noise = Noise { velocity: NOISE, attitude: NOISE, gyro_bias: NOISE, accel_bias: NOISE };
+        let noise = Noise { position: NOISE, velocity: NOISE, attitude: NOISE, gyro_bias: NOISE, accel_bias: NOISE };
         for (step, row) in moves.iter().zip(rows) {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
             if let Some(m) = &step.tie {
                 p.add_transformed(Block::Attitude, Block::AccelBias, m);
                 segment.tie(m);
             }
-            transition.apply(&mut p);
+            p.predict(&transition, &noise);
             segment.transition(&transition, &noise);
-            p.add_noise(&noise);
             p.add_variance(Block::Position, NOISE);
             segment.doubt(Block::Position, NOISE);
             x = row.f * x;
