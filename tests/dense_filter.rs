@@ -24,6 +24,7 @@ type Dense = SMatrix<f64, STATES, STATES>;
 fn config() -> Config {
     let filter = FilterConfig {
         zero_velocity_lever: 0.0,
+        rolling_rate: 0.0,
         innovation_gate: f64::MAX,
         zero_angular_rate: false,
         ..FilterConfig::default()

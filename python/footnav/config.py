@@ -164,8 +164,10 @@ class Filter(Section, frozen=True, kw_only=True):
     zero_velocity_std : float
         Standard deviation of a foot's velocity in stance, m/s.
     zero_velocity_lever : float
-        Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular
-        rate.
+        How far what the foot rolls about wanders, m: the velocity is uncertain by this times the angular rate.
+    rolling_rate : float
+        Angular rate up to which a foot that stands in between rolls on the ground, rad/s: from these contacts it is
+        learned what it rolls about, and with which velocity in stance.  Zero: a foot in stance has none.
     innovation_gate : float
         Squared Mahalanobis distance beyond which a zero velocity, zero angular rate or attitude is rejected.
     rejection_limit : float
@@ -196,6 +198,7 @@ class Filter(Section, frozen=True, kw_only=True):
     clipped_noise_factor: float = 30.0
     zero_velocity_std: float = 0.01
     zero_velocity_lever: float = 0.03
+    rolling_rate: float = 2.0
     innovation_gate: float = 1.0e3
     rejection_limit: float = 0.1
     attitude_update: Literal["none", "gravity", "iaa"] = "none"

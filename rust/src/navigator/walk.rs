@@ -9,6 +9,7 @@ use crate::filter::journal::Journal;
 use crate::filter::{ErrorStateFilter, Estimate};
 use crate::gait::Measured;
 use crate::health::{HealthMonitor, Reasons};
+use crate::navigator::rolling::{Motion, Rolling};
 use crate::navigator::{Arrived, Solution};
 use crate::sample::ImuSample;
 use crate::strapdown::{Increments, NavState, Step, Strapdown};
@@ -35,6 +36,7 @@ pub(super) struct Walk {
     still_for: f64,
     rejected_for: f64,
     unaided: UnaidedVelocity,
+    rolling: Rolling,
 }
 
 /// The velocity (n, m/s) as it is without what the present stance tells.
@@ -57,7 +59,15 @@ impl UnaidedVelocity {
 impl Walk {
     pub(super) fn new(filter: ErrorStateFilter, sample: &ImuSample) -> Self {
         let unaided = UnaidedVelocity { value: filter.estimate.nav.velocity, in_stance: false };
-        Self { filter, previous: *sample, increments: Increments::NONE, still_for: 0.0, rejected_for: 0.0, unaided }
+        Self {
+            filter,
+            previous: *sample,
+            increments: Increments::NONE,
+            still_for: 0.0,
+            rejected_for: 0.0,
+            unaided,
+            rolling: Rolling::default(),
+        }
     }
 
     /// Goes through samples that came before the walk's first solution; a stride may start where the foot stood until then.
@@ -97,6 +107,7 @@ impl Walk {
         let step = self.step(setting.strapdown, sample, *events, journal);
         let stationary = decision.stationary && is_held_up(&step);
         self.unaided.step(&before, &self.filter.estimate.nav.velocity, stationary);
+        self.roll(config, sample, &before, step.dt, stationary);
         if stationary && step.dt > 0.0 {
             self.stand(config, monitor, &step, sample, journal);
         }
@@ -119,6 +130,19 @@ impl Walk {
             self.filter.zero_angular_rate(sample, setting.filter.zero_angular_rate_std, &mut ());
         }
         self.filter.check()
+    }
+
+    /// Learns what the foot rolls about from a step that found the velocity at `before`.
+    #[inline]
+    fn roll(&mut self, config: &FilterConfig, sample: &ImuSample, before: &Vector3<f64>, dt: f64, stationary: bool) {
+        let nav = &self.filter.estimate.nav;
+        let motion = Motion {
+            angular_rate: self.angular_rate(sample),
+            attitude: nav.attitude,
+            velocity_gain: nav.velocity - before,
+            dt,
+        };
+        self.rolling.step(&motion, stationary, config.rolling_rate);
     }
 
     /// What a foot on the ground tells.
@@ -186,7 +210,9 @@ impl Walk {
     /// Goes on after a gap that is too long to be bridged.
     fn resume(&mut self, sample: &ImuSample, elapsed: f64, journal: &mut impl Journal) {
         self.filter.resume(sample.time, elapsed, journal);
-        *self = Self::new(self.filter.clone(), sample);
+        let mut rolling = std::mem::take(&mut self.rolling);
+        rolling.interrupt();
+        *self = Self { rolling, ..Self::new(self.filter.clone(), sample) };
     }
 
     /// Strapdown over the interval that `sample` ends.
@@ -219,13 +245,15 @@ impl Walk {
         walk.filter.estimate.nav
     }
 
-    /// Zero-velocity update; a foot that stays still against the filter's belief is right in the end.
+    /// Zero-velocity update, up to what the foot rolls; a foot that stays still against the filter's belief is right in the end.
     #[inline]
     fn zero_velocity(&mut self, config: &FilterConfig, sample: &ImuSample, journal: &mut impl Journal) -> bool {
-        let rolling = config.zero_velocity_lever.powi(2) * self.angular_rate_squared(sample);
-        let variance = config.zero_velocity_std.powi(2) + rolling;
+        let angular_rate = self.angular_rate(sample);
+        let velocity = self.filter.estimate.nav.attitude * self.rolling.velocity(&angular_rate);
+        let wandering = config.zero_velocity_lever.powi(2) * angular_rate.norm_squared();
+        let variance = config.zero_velocity_std.powi(2) + wandering;
         let insist = self.rejected_for > config.rejection_limit;
-        let accepted = self.filter.zero_velocity(variance, insist, journal).accepted;
+        let accepted = self.filter.zero_velocity(&velocity, variance, insist, journal).accepted;
         self.rejected_for = if accepted { 0.0 } else { self.rejected_for + self.increments.dt };
         accepted
     }
@@ -234,14 +262,14 @@ impl Walk {
     #[inline]
     fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64, events: Reasons) -> bool {
         let seen = !events.contains(Reasons::GAP);
-        let still = seen && self.angular_rate_squared(sample) < config.rest_rate.powi(2);
+        let still = seen && self.angular_rate(sample).norm_squared() < config.rest_rate.powi(2);
         self.still_for = if still { self.still_for + dt } else { 0.0 };
         let used = config.zero_angular_rate && config.kind == FilterKind::Kf;
         used && dt > 0.0 && self.still_for >= config.rest_duration
     }
 
-    fn angular_rate_squared(&self, sample: &ImuSample) -> f64 {
-        (sample.angular_rate - self.filter.estimate.gyro_bias).norm_squared()
+    fn angular_rate(&self, sample: &ImuSample) -> Vector3<f64> {
+        sample.angular_rate - self.filter.estimate.gyro_bias
     }
 }
 
