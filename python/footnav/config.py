@@ -194,7 +194,7 @@ class Filter(Section, frozen=True, kw_only=True):
 
     kind: Literal["kf", "dr", "ins"] = "kf"
     specific_force_noise: float = 0.1
-    angular_rate_noise: float = 6.0e-4
+    angular_rate_noise: float = 1.0e-3
     clipped_noise_factor: float = 30.0
     zero_velocity_std: float = 0.01
     zero_velocity_lever: float = 0.03

@@ -76,7 +76,7 @@ impl Default for FilterConfig {
         Self {
             kind: FilterKind::default(),
             specific_force_noise: 0.1,
-            angular_rate_noise: 6.0e-4,
+            angular_rate_noise: 1.0e-3,
             clipped_noise_factor: 30.0,
             zero_velocity_std: 0.01,
             zero_velocity_lever: 0.03,
