@@ -164,6 +164,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
         #[test]
         fn it_finds_what_the_foot_rolls_about(
             lever in [-0.15..0.15, -0.15..0.15, -0.15..0.15_f64].prop_map(Vector3::from),
