@@ -25,6 +25,7 @@ fn config() -> Config {
     let filter = FilterConfig {
         zero_velocity_lever: 0.0,
         zero_velocity_shared: 0.7,
+        rolling_rate: 0.0,
         innovation_gate: f64::MAX,
         zero_angular_rate: false,
         ..FilterConfig::default()

@@ -149,6 +149,7 @@ fn matched() -> (SensorErrors, Config) {
     config.filter.angular_rate_noise = 0.0;
     config.filter.zero_velocity_std = 1e-5;
     config.filter.zero_velocity_lever = 0.0;
+    config.filter.rolling_rate = 0.0;
     config.filter.zero_angular_rate = false;
     (sensor, config)
 }

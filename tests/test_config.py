@@ -197,6 +197,7 @@ OUT_OF_RANGE = [
     ("detector", MagnitudeVariance, {"variance_gate": -1.0}),
     ("filter", Filter, {"zero_velocity_std": 0.0}),
     ("filter", Filter, {"clipped_noise_factor": -1.0}),
+    ("filter", Filter, {"rolling_rate": -1.0}),
     ("filter", Filter, {"rest_duration": -0.5}),
     ("health", HealthLimits, {"gap_intervals": 0.5}),
     ("health", HealthLimits, {"degraded_after": -1.0}),
@@ -355,6 +356,7 @@ filters = st.builds(
     zero_velocity_std=positive,
     zero_velocity_lever=st.floats(0.0, 0.2),
     zero_velocity_shared=st.floats(0.0, 1.0),
+    rolling_rate=st.floats(0.0, 5.0),
     zero_angular_rate=st.booleans(),
 )
 limits = st.builds(HealthLimits, degraded_after=st.floats(0.1, 5.0), invalid_after=st.floats(5.0, 60.0))

@@ -166,11 +166,13 @@ class Filter(Section, frozen=True, kw_only=True):
     zero_velocity_std : float
         Standard deviation of a foot's velocity in stance, m/s.
     zero_velocity_lever : float
-        Distance of the sensor from what the foot rolls about, m: the velocity is uncertain by this times the angular
-        rate.
+        How far what the foot rolls about wanders, m: the velocity is uncertain by this times the angular rate.
     zero_velocity_shared : float
         Part of both that all zero velocities of a stance have in common, 0 to 1.  The foot takes it along to the next
         stance, so it widens the uncertainty of the position; the track is the same.
+    rolling_rate : float
+        Angular rate up to which a foot that stands in between rolls on the ground, rad/s: from these contacts it is
+        learned what it rolls about, and with which velocity in stance.  Zero: a foot in stance has none.
     innovation_gate : float
         Squared Mahalanobis distance beyond which a zero velocity, zero angular rate or attitude is rejected.
     rejection_limit : float
@@ -197,11 +199,12 @@ class Filter(Section, frozen=True, kw_only=True):
 
     kind: Literal["kf", "dr", "ins"] = "kf"
     specific_force_noise: float = 0.1
-    angular_rate_noise: float = 6.0e-4
+    angular_rate_noise: float = 1.0e-3
     clipped_noise_factor: float = 30.0
     zero_velocity_std: float = 0.01
     zero_velocity_lever: float = 0.03
     zero_velocity_shared: float = 1.0
+    rolling_rate: float = 2.0
     innovation_gate: float = 1.0e3
     rejection_limit: float = 0.1
     attitude_update: Literal["none", "gravity", "iaa"] = "none"

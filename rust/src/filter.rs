@@ -214,12 +214,18 @@ impl ErrorStateFilter {
         }
     }
 
-    /// Zero-velocity update: the velocity is zero up to a `variance` (m²/s²) on each axis.
+    /// Zero-velocity update: the velocity is that of a foot on the ground, zero but for its rolling (n, m/s), up to a `variance` (m²/s²) on each axis.
     ///
     /// `insist` is for a foot that stands although the innovation test says otherwise: the velocity is then doubted by as much as it was found to be wrong.
     #[inline]
-    pub(crate) fn zero_velocity(&mut self, variance: f64, insist: bool, journal: &mut impl Journal) -> Update {
-        let innovation = -self.estimate.nav.velocity;
+    pub(crate) fn zero_velocity(
+        &mut self,
+        rolling: &Vector3<f64>,
+        variance: f64,
+        insist: bool,
+        journal: &mut impl Journal,
+    ) -> Update {
+        let innovation = rolling - self.estimate.nav.velocity;
         if insist {
             self.doubt(Block::Velocity, innovation.norm_squared(), journal);
         }

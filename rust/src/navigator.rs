@@ -22,6 +22,7 @@ use crate::strapdown::{NavState, Strapdown};
 use crate::trajectory::Trajectory;
 
 mod levelling;
+mod rolling;
 mod scale;
 mod walk;
 

@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from footnav.config import Config, Correction, Filter, Sensor, Smoother
+from footnav.config import Config, Correction, Sensor, Smoother
 from footnav.detectors import MagnitudeDebounced
 from footnav.errors import DataError
-from footnav.papers.experiment import Approach, Experiment, Simulated, Walk, armse, gait_at, standing
+from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, Walk, armse, gait_at, standing
 from footnav.recording import Recording
 from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
 
@@ -75,7 +75,7 @@ BASE = Config(
     ),
     alignment=standing(REST),
     detector=MagnitudeDebounced(),
-    filter=Filter(zero_angular_rate=False),
+    filter=ZUPT_ALONE,
 )
 SMOOTHED = BASE.replace(smoother=Smoother(kind="rts"))
 STEPWISE = BASE.replace(smoother=Smoother(kind="stepwise"))

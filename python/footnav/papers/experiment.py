@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 
-from footnav.config import Alignment
+from footnav.config import Alignment, Filter
 from footnav.evaluation import evaluate
 from footnav.simulation import Gait, Route, SensorErrors, simulate
 
@@ -24,6 +24,9 @@ JOGGING = 2.0
 """Speed from which a person runs, m/s."""
 JOG_DURATION = 0.9
 """Stride of a slow jog, s."""
+
+ZUPT_ALONE = Filter(zero_angular_rate=False, rolling_rate=0.0, angular_rate_noise=6.0e-4)
+"""What the filters of the papers have in common: a foot in stance has no velocity, and nothing else is known of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

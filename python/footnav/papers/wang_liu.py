@@ -1,8 +1,8 @@
 """P2: Wang, Liu, Sun, Cai, Cheng 2019, on heading calibration by accelerometer attitude, Electronics 8(12):1405."""
 
-from footnav.config import Alignment, Config, Filter, Mechanization
+from footnav.config import Alignment, Config, Mechanization
 from footnav.detectors import WindowedEnergies
-from footnav.papers.experiment import Approach, Experiment, Simulated, gait_at, standing
+from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, gait_at, standing
 from footnav.simulation import Route, SensorErrors
 
 RATE_HZ = 100.0
@@ -30,7 +30,7 @@ ZUPT = Config.preset("mti-g710").replace(
     alignment=Alignment(rest_gyro_std=1e-9),
     mechanization=Mechanization(kind="first-order"),
     detector=WindowedEnergies(),
-    filter=Filter(zero_angular_rate=False),
+    filter=ZUPT_ALONE,
 )
 ATTITUDE = ZUPT.filter.replace(attitude_threshold=THRESHOLD)
 IAA = ZUPT.replace(filter=ATTITUDE.replace(attitude_update="iaa"))

@@ -1,8 +1,8 @@
 """P4: Wang Libing, Yang Songpu, Luo Wei, Pi Yanyan 2016, "Pedestrian navigation algorithm based on MEMS-IMU"."""
 
-from footnav.config import Config, Filter
+from footnav.config import Config
 from footnav.detectors import ThreeCondition
-from footnav.papers.experiment import Approach, Experiment, Simulated, standing
+from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
 
 RATE_HZ = 200.0
@@ -16,9 +16,7 @@ REST = 10.0
 """Rest at the start, s; the paper does not give it."""
 GAIT = Gait.preset("walk").replace(rest_before=REST + 1.0)
 
-PUBLISHED = Config.preset("stim300").replace(
-    alignment=standing(REST), detector=ThreeCondition(), filter=Filter(zero_angular_rate=False)
-)
+PUBLISHED = Config.preset("stim300").replace(alignment=standing(REST), detector=ThreeCondition(), filter=ZUPT_ALONE)
 APPROACHES = (Approach("ZUPT", PUBLISHED, paper=LIMIT, limit=LIMIT),)
 
 ROUTES = (

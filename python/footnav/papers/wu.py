@@ -2,9 +2,9 @@
 
 import math
 
-from footnav.config import Config, Filter, Mechanization
+from footnav.config import Config, Mechanization
 from footnav.detectors import AdaptiveShoe, MagnitudeVariance
-from footnav.papers.experiment import Approach, Experiment, Simulated, standing
+from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
 
 RATE_HZ = 200.0
@@ -40,7 +40,7 @@ PUBLISHED = Config.preset("mpu6050").replace(
     alignment=standing(COARSE, levelling="arcsine", heading_deg=0.0, fine_duration=FINE),
     mechanization=Mechanization(kind="two-sample"),
     detector=MagnitudeVariance(),
-    filter=Filter(zero_angular_rate=False),
+    filter=ZUPT_ALONE,
 )
 UNAIDED = PUBLISHED.replace(filter=PUBLISHED.filter.replace(kind="ins"))
 OTHER_DETECTOR = PUBLISHED.replace(detector=AdaptiveShoe())

@@ -45,10 +45,13 @@ pub struct FilterConfig {
     pub clipped_noise_factor: f64,
     /// Standard deviation of a foot's velocity in stance, m/s.
     pub zero_velocity_std: f64,
-    /// Distance (m) of the sensor from what the foot rolls about: the velocity of a foot in stance is uncertain by this times its angular rate.
+    /// How far what the foot rolls about wanders, m: the velocity of a foot in stance is uncertain by this times its angular rate.
     pub zero_velocity_lever: f64,
     /// Part of both that all zero velocities of a stance have in common.  The foot takes it along to the next stance, so it widens the uncertainty of the position; the track is the same.
     pub zero_velocity_shared: f64,
+    /// Angular rate up to which a foot that stands in between rolls on the ground, rad/s: from these contacts it is learned what it rolls about, and with which velocity in stance.  Zero: a
+    /// foot in stance has none.
+    pub rolling_rate: f64,
     /// Squared Mahalanobis distance of a zero velocity, zero angular rate or attitude from the prediction beyond which it is rejected.
     pub innovation_gate: f64,
     /// Time in stance, over one or several of them, with nothing but rejections after which a zero velocity is believed all the same, s: the foot stands and
@@ -75,11 +78,12 @@ impl Default for FilterConfig {
         Self {
             kind: FilterKind::default(),
             specific_force_noise: 0.1,
-            angular_rate_noise: 6.0e-4,
+            angular_rate_noise: 1.0e-3,
             clipped_noise_factor: 30.0,
             zero_velocity_std: 0.01,
             zero_velocity_lever: 0.03,
             zero_velocity_shared: 1.0,
+            rolling_rate: 2.0,
             innovation_gate: 1.0e3,
             rejection_limit: 0.1,
             attitude_update: AttitudeUpdate::default(),
@@ -101,6 +105,7 @@ impl FilterConfig {
         positive("filter.zero_velocity_std", self.zero_velocity_std)?;
         at_least_zero("filter.zero_velocity_lever", self.zero_velocity_lever)?;
         within("filter.zero_velocity_shared", self.zero_velocity_shared, 0.0..=1.0, "between 0 and 1")?;
+        at_least_zero("filter.rolling_rate", self.rolling_rate)?;
         positive("filter.innovation_gate", self.innovation_gate)?;
         at_least_zero("filter.rejection_limit", self.rejection_limit)?;
         self.attitude_threshold.map_or(Ok(()), |threshold| positive("filter.attitude_threshold", threshold))?;

@@ -58,13 +58,30 @@ impl Covariance {
     }
 
     /// P becomes F P Fᵀ + Q, with the `noise` on the diagonal of Q.
-    ///
-    /// On an Earth that turns, what was added is turned with the rest.
     #[inline]
     pub fn predict(&mut self, transition: &Transition, noise: &Noise) {
+        if transition.turns_with_earth() {
+            self.predict_on_earth(transition, noise);
+        } else {
+            self.shear_all(transition, noise);
+        }
+    }
+
+    /// The same where the Earth turns: the noise is added after it turned.
+    fn predict_on_earth(&mut self, transition: &Transition, noise: &Noise) {
+        self.shear_all(transition, &Noise::default());
+        transition.turn_with_earth(self);
+        let Noise { position, velocity, attitude, gyro_bias, accel_bias } = *noise;
+        for (block, variance) in Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias]) {
+            self.add_variance(block, variance);
+        }
+    }
+
+    /// The shears of a transition, and the noise after them.
+    #[inline]
+    fn shear_all(&mut self, transition: &Transition, noise: &Noise) {
         let (half, tilt, bias) = transition.shears();
         kernel::predict(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
-        transition.turn_with_earth(self);
     }
 
     /// Adds the same independent variance to each state of a block.

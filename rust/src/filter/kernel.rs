@@ -60,7 +60,8 @@ impl Work for (&mut Upper, &Prediction<'_>) {
             .plus_product(&load::<L>(vf).plus(0.5, to_f).stored(), bias_transposed);
         let sheared = load::<L>(vv).plus_both(own);
         let second = between.plus(0.5 * half, sheared);
-        load::<L>(pp).plus_both(Loaded::<L>::zero().plus(half, first).plus(half, second)).store(pp);
+        let own = Loaded::<L>::zero().plus(half, first).plus(half, second);
+        load::<L>(pp).plus_both(own).plus_diagonal(noise.position).store(pp);
         between.plus(half, sheared).store(pv);
         sheared.plus_diagonal(noise.velocity).store(vv);
 
@@ -70,8 +71,7 @@ impl Work for (&mut Upper, &Prediction<'_>) {
         let before = load::<L>(vw);
         let gained = before.plus_cross(tilt, load(aw)).plus_product(bias, load(wf).transpose());
         gained.store(vw);
-        let gained_twice = load::<L>(pw).plus(half, before).plus(half, gained);
-        gained_twice.store(pw);
+        load::<L>(pw).plus(half, before).plus(half, gained).store(pw);
 
         let va_gained = load::<L>(va).plus(1.0, to_a);
         load::<L>(pa).plus(half, va_gained).plus_product(pw, bias_transposed).store(pa);

@@ -58,6 +58,12 @@ impl Transition {
         (0.5 * self.dt, -self.dt * self.specific_force, -self.dt * self.attitude)
     }
 
+    /// Whether the Earth turns.
+    #[inline]
+    pub(super) fn turns_with_earth(&self) -> bool {
+        self.earth_rate != Vector3::zeros()
+    }
+
     /// The last step: the Earth turned.
     #[inline]
     pub(super) fn turn_with_earth(&self, x: &mut impl Linear) {
@@ -81,7 +87,7 @@ impl Transition {
     /// How the Earth turns velocity and attitude; none when it is at rest.
     #[inline]
     fn turn(&self) -> Option<(Matrix3<f64>, Matrix3<f64>)> {
-        if self.earth_rate == Vector3::zeros() {
+        if !self.turns_with_earth() {
             return None;
         }
         let turn = -self.dt * rotation::cross_matrix(&self.earth_rate);

@@ -9,6 +9,7 @@ use crate::filter::journal::Journal;
 use crate::filter::{ErrorStateFilter, Estimate};
 use crate::gait::Measured;
 use crate::health::{HealthMonitor, Reasons};
+use crate::navigator::rolling::{Motion, Rolling};
 use crate::navigator::{Arrived, Solution};
 use crate::sample::ImuSample;
 use crate::strapdown::{Increments, NavState, Step, Strapdown};
@@ -38,6 +39,7 @@ pub(super) struct Walk {
     footing: Footing,
     /// Variance that the position gains with the next prediction, m².
     strayed: f64,
+    rolling: Rolling,
 }
 
 /// What the zero velocities of a stance have in common: how fast the foot may really have been.
@@ -100,6 +102,7 @@ impl Walk {
             unaided,
             footing: Footing::default(),
             strayed: 0.0,
+            rolling: Rolling::default(),
         }
     }
 
@@ -140,6 +143,7 @@ impl Walk {
         let step = self.step(setting.strapdown, sample, *events, journal);
         let stationary = decision.stationary && is_held_up(&step);
         self.unaided.step(&before, &self.filter.estimate.nav.velocity, stationary);
+        self.roll(config, sample, &before, step.dt, stationary);
         let stands = stationary && step.dt > 0.0 && self.stand(config, monitor, &step, sample, journal);
         if !stands {
             self.strayed = config.zero_velocity_shared.powi(2) * self.footing.go_on(step.dt);
@@ -163,6 +167,19 @@ impl Walk {
             self.filter.zero_angular_rate(sample, setting.filter.zero_angular_rate_std, &mut ());
         }
         self.filter.check()
+    }
+
+    /// Learns what the foot rolls about from a step that found the velocity at `before`.
+    #[inline]
+    fn roll(&mut self, config: &FilterConfig, sample: &ImuSample, before: &Vector3<f64>, dt: f64, stationary: bool) {
+        let nav = &self.filter.estimate.nav;
+        let motion = Motion {
+            angular_rate: self.angular_rate(sample),
+            attitude: nav.attitude,
+            velocity_gain: nav.velocity - before,
+            dt,
+        };
+        self.rolling.step(&motion, stationary, config.rolling_rate);
     }
 
     /// What a foot on the ground tells, and whether its velocity was believed to be zero.
@@ -236,7 +253,9 @@ impl Walk {
     /// Goes on after a gap that is too long to be bridged.
     fn resume(&mut self, sample: &ImuSample, elapsed: f64, journal: &mut impl Journal) {
         self.filter.resume(sample.time, elapsed, journal);
-        *self = Self::new(self.filter.clone(), sample);
+        let mut rolling = std::mem::take(&mut self.rolling);
+        rolling.interrupt();
+        *self = Self { rolling, ..Self::new(self.filter.clone(), sample) };
     }
 
     /// Strapdown over the interval that `sample` ends.
@@ -269,13 +288,15 @@ impl Walk {
         walk.filter.estimate.nav
     }
 
-    /// Zero-velocity update; a foot that stays still against the filter's belief is right in the end.
+    /// Zero-velocity update, up to what the foot rolls; a foot that stays still against the filter's belief is right in the end.
     #[inline]
     fn zero_velocity(&mut self, config: &FilterConfig, sample: &ImuSample, journal: &mut impl Journal) -> bool {
-        let rolling = config.zero_velocity_lever.powi(2) * self.angular_rate_squared(sample);
-        let variance = config.zero_velocity_std.powi(2) + rolling;
+        let angular_rate = self.angular_rate(sample);
+        let velocity = self.filter.estimate.nav.attitude * self.rolling.velocity(&angular_rate);
+        let wandering = config.zero_velocity_lever.powi(2) * angular_rate.norm_squared();
+        let variance = config.zero_velocity_std.powi(2) + wandering;
         let insist = self.rejected_for > config.rejection_limit;
-        let accepted = self.filter.zero_velocity(variance, insist, journal).accepted;
+        let accepted = self.filter.zero_velocity(&velocity, variance, insist, journal).accepted;
         self.rejected_for = if accepted { 0.0 } else { self.rejected_for + self.increments.dt };
         if accepted {
             self.footing.stand(variance);
@@ -287,14 +308,14 @@ impl Walk {
     #[inline]
     fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64, events: Reasons) -> bool {
         let seen = !events.contains(Reasons::GAP);
-        let still = seen && self.angular_rate_squared(sample) < config.rest_rate.powi(2);
+        let still = seen && self.angular_rate(sample).norm_squared() < config.rest_rate.powi(2);
         self.still_for = if still { self.still_for + dt } else { 0.0 };
         let used = config.zero_angular_rate && config.kind == FilterKind::Kf;
         used && dt > 0.0 && self.still_for >= config.rest_duration
     }
 
-    fn angular_rate_squared(&self, sample: &ImuSample) -> f64 {
-        (sample.angular_rate - self.filter.estimate.gyro_bias).norm_squared()
+    fn angular_rate(&self, sample: &ImuSample) -> Vector3<f64> {
+        sample.angular_rate - self.filter.estimate.gyro_bias
     }
 }
 
