@@ -54,6 +54,7 @@ CONFIGURATIONS = {
     "no contrast": without(detector={"contrast": 1.0}),
     "no floor": without(detector={"floor": 0.0}),
     "no ceiling": without(detector={"ceiling": 1e12}),
+    "foot rolls about nothing": without(filter={"rolling_rate": 0.0}),
     "zero velocities all alike": without(filter={"zero_velocity_lever": 0.0}),
     "no zero-angular-rate update": without(filter={"zero_angular_rate": False}),
     "rest at the start believed": without(sensor={"gyro_bias_std": 0.5}),

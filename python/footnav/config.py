@@ -105,7 +105,7 @@ class Alignment(Section, frozen=True, kw_only=True):
     fine_duration : float
         Rest after that, at the most, over which the filter levels finely before the walk begins, s (Wu et al.).
     gyro_bias_std : float
-        Standard deviation of the gyroscope's bias after `duration` of rest, rad/s.
+        Standard deviation of the gyroscope's bias after `duration` of rest, rad/s, beside what the foot was seen to sway.
     tilt_std : float
         Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
     heading_std_deg : float
@@ -121,7 +121,7 @@ class Alignment(Section, frozen=True, kw_only=True):
     rest_accel_std: float = 0.25
     rest_gyro_std: float = 0.06
     fine_duration: float = 0.0
-    gyro_bias_std: float = 3.0e-3
+    gyro_bias_std: float = 1.0e-3
     tilt_std: float = 0.01
     heading_std_deg: float = 0.0
 

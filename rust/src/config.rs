@@ -155,7 +155,7 @@ pub struct AlignmentConfig {
     pub rest_gyro_std: f64,
     /// Rest after that, at the most, over which the filter levels finely before the walk begins, s.
     pub fine_duration: f64,
-    /// Standard deviation of the gyroscope's bias after `duration` of rest, rad/s: a standing person sways.
+    /// Standard deviation of the gyroscope's bias after `duration` of rest, rad/s, beside what the foot was seen to sway.
     pub gyro_bias_std: f64,
     /// Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
     pub tilt_std: f64,
@@ -175,7 +175,7 @@ impl Default for AlignmentConfig {
             rest_accel_std: 0.25,
             rest_gyro_std: 0.06,
             fine_duration: 0.0,
-            gyro_bias_std: 3.0e-3,
+            gyro_bias_std: 1.0e-3,
             tilt_std: 0.01,
             heading_std_deg: 0.0,
         }
