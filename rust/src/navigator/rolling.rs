@@ -15,7 +15,7 @@
 //!
 //! The foot rolls about the heel first and about the ball in the end; r belongs to a point between them, so the velocity stays uncertain in proportion to the angular rate.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::rotation::cross_matrix;
 
@@ -30,11 +30,11 @@ const KEPT: f64 = 0.95;
 
 /// What the strapdown saw of the foot over one interval.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Motion {
+pub(super) struct Motion<'a> {
     /// Angular rate, b, rad/s.
     pub(super) angular_rate: Vector3<f64>,
     /// Attitude, b to n.
-    pub(super) attitude: UnitQuaternion<f64>,
+    pub(super) attitude: &'a Matrix3<f64>,
     /// Change of velocity, n, m/s.
     pub(super) velocity_gain: Vector3<f64>,
     /// Length of the interval, s.
@@ -59,7 +59,7 @@ impl Rolling {
 
     /// Goes on by one interval; a contact lasts while the angular rate is below `limit` (rad/s).
     #[inline]
-    pub(super) fn step(&mut self, motion: &Motion, stationary: bool, limit: f64) {
+    pub(super) fn step(&mut self, motion: &Motion<'_>, stationary: bool, limit: f64) {
         if motion.dt <= 0.0 {
             return;
         }
@@ -92,7 +92,7 @@ impl Rolling {
     }
 }
 
-/// Integrals over a contact of `A = C [ω×]`, of the velocity u since it began, and of their products.
+/// Integrals over a contact of `A = C [ω×]`, of the velocity u since it began, and of products: `ω ωᵀ` for `Aᵀ A = |ω|² I - ω ωᵀ`, and `Aᵀ u`.
 #[derive(Clone, Debug, Default)]
 struct Contact {
     duration: f64,
@@ -100,35 +100,36 @@ struct Contact {
     velocity: Vector3<f64>,
     a: Matrix3<f64>,
     u: Vector3<f64>,
-    a_a: Matrix3<f64>,
+    w_w: Matrix3<f64>,
     a_u: Vector3<f64>,
 }
 
 impl Contact {
-    fn step(&mut self, motion: &Motion, stationary: bool) {
+    fn step(&mut self, motion: &Motion<'_>, stationary: bool) {
         let Motion { angular_rate, attitude, velocity_gain, dt } = motion;
         // The angular rate is the mean over the interval, so it goes with the velocity in the middle.
         let u = self.velocity + 0.5 * velocity_gain;
         self.velocity += velocity_gain;
         self.duration += dt;
         self.stood |= stationary;
-        let attitude = attitude.to_rotation_matrix().into_inner();
-        let cross = cross_matrix(angular_rate);
-        self.a += *dt * (attitude * cross);
+        let angle = *dt * angular_rate;
+        self.a += *attitude * cross_matrix(&angle);
         self.u += *dt * u;
-        self.a_a -= *dt * (cross * cross);
-        self.a_u += *dt * attitude.tr_mul(&u).cross(angular_rate);
+        self.w_w += angle * angular_rate.transpose();
+        self.a_u += attitude.tr_mul(&u).cross(&angle);
     }
 
     /// The normal equations of r with c eliminated; each contact has the same say however long it was.
     fn equations(&self) -> (Matrix3<f64>, Vector3<f64>) {
         let (a, u) = (self.a / self.duration, self.u / self.duration);
-        (self.a_a / self.duration - a.tr_mul(&a), self.a_u / self.duration - a.tr_mul(&u))
+        let a_a = Matrix3::from_diagonal_element(self.w_w.trace()) - self.w_w;
+        (a_a / self.duration - a.tr_mul(&a), self.a_u / self.duration - a.tr_mul(&u))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 
     use super::*;
@@ -149,14 +150,15 @@ mod tests {
             let began = before.unwrap_or_else(|| velocity(&attitude));
             attitude *= exp(&(rate * DT));
             let now = velocity(&attitude);
-            let motion = Motion { angular_rate: rate, attitude, velocity_gain: now - began, dt: DT };
+            let matrix = attitude.to_rotation_matrix().into_inner();
+            let motion = Motion { angular_rate: rate, attitude: &matrix, velocity_gain: now - began, dt: DT };
             rolling.step(&motion, stationary && (0.3..0.5).contains(&phase), LIMIT);
             before = Some(now);
             time += DT;
         }
         let swing = Motion {
             angular_rate: Vector3::new(0.0, 5.0, 0.0),
-            attitude: UnitQuaternion::identity(),
+            attitude: &Matrix3::identity(),
             velocity_gain: Vector3::zeros(),
             dt: DT,
         };
@@ -194,9 +196,10 @@ mod tests {
 
     #[test]
     fn a_repeated_stamp_does_not_end_a_contact_but_an_interruption_does() {
+        let identity = Matrix3::identity();
         let motion = |rate: f64, dt: f64| Motion {
             angular_rate: Vector3::new(0.0, rate, 0.0),
-            attitude: UnitQuaternion::identity(),
+            attitude: &identity,
             velocity_gain: Vector3::new(0.01, 0.0, 0.0),
             dt,
         };

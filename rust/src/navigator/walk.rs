@@ -143,7 +143,7 @@ impl Walk {
         let step = self.step(setting.strapdown, sample, *events, journal);
         let stationary = decision.stationary && is_held_up(&step);
         self.unaided.step(&before, &self.filter.estimate.nav.velocity, stationary);
-        self.roll(config, sample, &before, step.dt, stationary);
+        self.roll(config, sample, &step, &before, stationary);
         let stands = stationary && step.dt > 0.0 && self.stand(config, monitor, &step, sample, journal);
         if !stands {
             self.strayed = config.zero_velocity_shared.powi(2) * self.footing.go_on(step.dt);
@@ -171,13 +171,19 @@ impl Walk {
 
     /// Learns what the foot rolls about from a step that found the velocity at `before`.
     #[inline]
-    fn roll(&mut self, config: &FilterConfig, sample: &ImuSample, before: &Vector3<f64>, dt: f64, stationary: bool) {
-        let nav = &self.filter.estimate.nav;
+    fn roll(
+        &mut self,
+        config: &FilterConfig,
+        sample: &ImuSample,
+        step: &Step,
+        before: &Vector3<f64>,
+        stationary: bool,
+    ) {
         let motion = Motion {
             angular_rate: self.angular_rate(sample),
-            attitude: nav.attitude,
-            velocity_gain: nav.velocity - before,
-            dt,
+            attitude: &step.attitude,
+            velocity_gain: self.filter.estimate.nav.velocity - before,
+            dt: step.dt,
         };
         self.rolling.step(&motion, stationary, config.rolling_rate);
     }
