@@ -21,6 +21,7 @@ use crate::smoother::Smoother;
 use crate::strapdown::{NavState, Strapdown};
 use crate::trajectory::Trajectory;
 
+mod footing;
 mod levelling;
 mod rolling;
 mod scale;

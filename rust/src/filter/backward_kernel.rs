@@ -269,16 +269,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::filter::blocks::dense::{BLOCK, Dense, difference, matrices, shear, upper};
     use crate::filter::lanes::Baseline;
     use crate::filter::states::STATES;
-
-    type Dense = SMatrix<f64, STATES, STATES>;
-
-    const BLOCK: usize = 3;
-
-    fn matrices() -> impl Strategy<Value = Matrix3<f64>> {
-        prop::collection::vec(-2.0..2.0, BLOCK * BLOCK).prop_map(|values| Matrix3::from_column_slice(&values))
-    }
 
     /// A positive matrix A Aᵀ.
     fn positive() -> impl Strategy<Value = Dense> {
@@ -301,34 +294,6 @@ mod tests {
 
     fn states() -> impl Strategy<Value = [Vector3<f64>; BLOCKS]> {
         [(); BLOCKS].map(|()| [-1.0..1.0, -1.0..1.0, -1.0..1.0].prop_map(Vector3::from))
-    }
-
-    fn upper(dense: &Dense) -> Upper {
-        let mut upper = Upper::default();
-        for i in 0..BLOCKS {
-            for j in i..BLOCKS {
-                upper[at(i, j)] = Rows::from(&dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j).into_owned());
-            }
-        }
-        upper
-    }
-
-    /// The largest difference between the upper blocks and a dense matrix.
-    fn difference(upper: &Upper, dense: &Dense) -> f64 {
-        let mut largest = 0.0_f64;
-        for i in 0..BLOCKS {
-            for j in i..BLOCKS {
-                let block = dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j);
-                largest = largest.max((Matrix3::from(&upper[at(i, j)]) - block).amax());
-            }
-        }
-        largest
-    }
-
-    fn shear(target: Block, source: Block, m: &Matrix3<f64>) -> Dense {
-        let mut shear = Dense::identity();
-        shear.fixed_view_mut::<BLOCK, BLOCK>(BLOCK * target.index(), BLOCK * source.index()).copy_from(m);
-        shear
     }
 
     fn tells(dense: &Dense) -> bool {

@@ -237,3 +237,58 @@ pub(super) fn load<L: Lanes>(rows: &Rows) -> Loaded<L> {
 pub(super) fn load_at<L: Lanes>(p: &Upper, i: usize, j: usize) -> Loaded<L> {
     if i <= j { load(&p[at(i, j)]) } else { load(&p[at(j, i)]).transpose() }
 }
+
+/// The same matrices without blocks, for tests.
+#[cfg(test)]
+pub(super) mod dense {
+    use nalgebra::SMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filter::states::{Block, STATES};
+
+    pub(in crate::filter) type Dense = SMatrix<f64, STATES, STATES>;
+
+    pub(in crate::filter) const BLOCK: usize = 3;
+
+    pub(in crate::filter) fn matrices() -> impl Strategy<Value = Matrix3<f64>> {
+        prop::collection::vec(-2.0..2.0, BLOCK * BLOCK).prop_map(|values| Matrix3::from_column_slice(&values))
+    }
+
+    /// The identity, and `m` where the states of `target` gain those of `source`.
+    pub(in crate::filter) fn shear(target: Block, source: Block, m: &Matrix3<f64>) -> Dense {
+        let mut shear = Dense::identity();
+        shear.fixed_view_mut::<BLOCK, BLOCK>(BLOCK * target.index(), BLOCK * source.index()).copy_from(m);
+        shear
+    }
+
+    /// A positive matrix A Aᵀ + I.
+    pub(in crate::filter) fn positive() -> impl Strategy<Value = Dense> {
+        prop::collection::vec(-1.0..1.0, STATES * STATES).prop_map(|values| {
+            let a = Dense::from_column_slice(&values);
+            a * a.transpose() + Dense::identity()
+        })
+    }
+
+    pub(in crate::filter) fn upper(dense: &Dense) -> Upper {
+        let mut upper = Upper::default();
+        for i in 0..BLOCKS {
+            for j in i..BLOCKS {
+                upper[at(i, j)] = Rows::from(&dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j).into_owned());
+            }
+        }
+        upper
+    }
+
+    /// The largest difference between the upper blocks and a dense matrix.
+    pub(in crate::filter) fn difference(upper: &Upper, dense: &Dense) -> f64 {
+        let mut largest = 0.0_f64;
+        for i in 0..BLOCKS {
+            for j in i..BLOCKS {
+                let block = dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j);
+                largest = largest.max((Matrix3::from(&upper[at(i, j)]) - block).amax());
+            }
+        }
+        largest
+    }
+}

@@ -191,63 +191,13 @@ impl Work for Reduction<'_> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::SMatrix;
     use proptest::prelude::*;
 
     use super::*;
+    use crate::filter::blocks::dense::{BLOCK, Dense, difference, matrices, positive, shear, upper};
     use crate::filter::lanes::Baseline;
-    use crate::filter::states::{Block, STATES};
+    use crate::filter::states::Block::{AccelBias, Attitude, GyroBias, Position, Velocity};
     use crate::rotation::cross_matrix;
-
-    type Dense = SMatrix<f64, STATES, STATES>;
-
-    const BLOCK: usize = 3;
-    const POSITION: usize = Block::Position.index();
-    const VELOCITY: usize = Block::Velocity.index();
-    const ATTITUDE: usize = Block::Attitude.index();
-    const GYRO_BIAS: usize = Block::GyroBias.index();
-    const ACCEL_BIAS: usize = Block::AccelBias.index();
-
-    fn matrices() -> impl Strategy<Value = Matrix3<f64>> {
-        prop::collection::vec(-2.0..2.0, BLOCK * BLOCK).prop_map(|values| Matrix3::from_column_slice(&values))
-    }
-
-    /// A positive matrix A Aᵀ + I.
-    fn positive() -> impl Strategy<Value = Dense> {
-        prop::collection::vec(-1.0..1.0, STATES * STATES).prop_map(|values| {
-            let a = Dense::from_column_slice(&values);
-            a * a.transpose() + Dense::identity()
-        })
-    }
-
-    fn upper(dense: &Dense) -> Upper {
-        let mut upper = Upper::default();
-        for i in 0..BLOCKS {
-            for j in i..BLOCKS {
-                let block: Matrix3<f64> = dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j).into_owned();
-                upper[at(i, j)] = Rows::from(&block);
-            }
-        }
-        upper
-    }
-
-    /// The largest difference between the upper blocks and a dense matrix.
-    fn difference(upper: &Upper, dense: &Dense) -> f64 {
-        let mut largest = 0.0_f64;
-        for i in 0..BLOCKS {
-            for j in i..BLOCKS {
-                let block = dense.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j);
-                largest = largest.max((Matrix3::from(&upper[at(i, j)]) - block).amax());
-            }
-        }
-        largest
-    }
-
-    fn shear(target: usize, source: usize, m: &Matrix3<f64>) -> Dense {
-        let mut shear = Dense::identity();
-        shear.fixed_view_mut::<BLOCK, BLOCK>(BLOCK * target, BLOCK * source).copy_from(m);
-        shear
-    }
 
     fn assert_diagonal_blocks_are_symmetric(upper: &Upper) {
         for i in 0..BLOCKS {
@@ -270,9 +220,9 @@ mod tests {
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             predict(&mut best, &prediction);
             (&mut baseline, &prediction).run::<Baseline>();
-            let position = shear(POSITION, VELOCITY, &Matrix3::from_diagonal_element(half));
-            let f = shear(ATTITUDE, GYRO_BIAS, &bias)
-                * position * shear(VELOCITY, ACCEL_BIAS, &bias) * shear(VELOCITY, ATTITUDE, &cross_matrix(&tilt)) * position;
+            let position = shear(Position, Velocity, &Matrix3::from_diagonal_element(half));
+            let f = shear(Attitude, GyroBias, &bias)
+                * position * shear(Velocity, AccelBias, &bias) * shear(Velocity, Attitude, &cross_matrix(&tilt)) * position;
             let variances = [position_noise, velocity, attitude, gyro_bias, accel_bias];
             let q = Dense::from_fn(|i, j| if i == j { variances[i / BLOCK] } else { 0.0 });
             let expected = f * dense * f.transpose() + q;

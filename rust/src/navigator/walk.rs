@@ -9,6 +9,7 @@ use crate::filter::journal::Journal;
 use crate::filter::{ErrorStateFilter, Estimate};
 use crate::gait::Measured;
 use crate::health::{HealthMonitor, Reasons};
+use crate::navigator::footing::Footing;
 use crate::navigator::rolling::{Motion, Rolling};
 use crate::navigator::{Arrived, Solution};
 use crate::sample::ImuSample;
@@ -37,40 +38,7 @@ pub(super) struct Walk {
     rejected_for: f64,
     unaided: UnaidedVelocity,
     footing: Footing,
-    /// Variance that the position gains with the next prediction, m².
-    strayed: f64,
     rolling: Rolling,
-}
-
-/// What the zero velocities of a stance have in common: how fast the foot may really have been.
-#[derive(Clone, Copy, Default)]
-struct Footing {
-    /// Number of the stance's zero velocities, and the sum of their inverse variances.
-    updates: f64,
-    information: f64,
-    /// Time since the last of them, s.
-    gone_for: f64,
-}
-
-impl Footing {
-    /// A zero velocity was used.
-    fn stand(&mut self, variance: f64) {
-        if self.gone_for > 0.0 {
-            *self = Self::default();
-        }
-        self.updates += 1.0;
-        self.information += variance.recip();
-    }
-
-    /// The foot goes on for `dt` (s); the variance that its position gains from what the stance was wrong by, m².
-    fn go_on(&mut self, dt: f64) -> f64 {
-        if self.updates == 0.0 {
-            return 0.0;
-        }
-        let before = self.gone_for;
-        self.gone_for += dt;
-        self.updates / self.information * (self.gone_for.powi(2) - before.powi(2))
-    }
 }
 
 /// The velocity (n, m/s) as it is without what the present stance tells.
@@ -101,7 +69,6 @@ impl Walk {
             rejected_for: 0.0,
             unaided,
             footing: Footing::default(),
-            strayed: 0.0,
             rolling: Rolling::default(),
         }
     }
@@ -146,7 +113,7 @@ impl Walk {
         self.roll(config, sample, &step, &before, stationary);
         let stands = stationary && step.dt > 0.0 && self.stand(config, monitor, &step, sample, journal);
         if !stands {
-            self.strayed = config.zero_velocity_shared.powi(2) * self.footing.go_on(step.dt);
+            self.footing.go_on(step.dt, config.zero_velocity_shared);
         }
         if self.rests(config, sample, step.dt, *events) {
             let update = self.filter.zero_angular_rate(sample, config.zero_angular_rate_std, journal);
@@ -251,7 +218,7 @@ impl Walk {
     ) -> Step {
         let bridged = strapdown.bridged(&self.previous, sample);
         let step = self.propagate(strapdown, sample);
-        let strayed = std::mem::take(&mut self.strayed);
+        let strayed = self.footing.take_strayed();
         self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged, strayed, journal);
         step
     }
@@ -329,23 +296,4 @@ impl Walk {
 #[inline]
 fn is_held_up(step: &Step) -> bool {
     step.specific_force.z > 0.0 || step.dt == 0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_foot_takes_along_what_its_last_stance_was_wrong_by() {
-        let mut footing = Footing::default();
-        assert!(footing.go_on(0.1).abs() < f64::EPSILON);
-        footing.stand(1.0);
-        footing.go_on(0.3);
-        for variance in [0.04, 0.01] {
-            footing.stand(variance);
-        }
-        let strayed: f64 = [0.1, 0.2, 0.5].iter().map(|&dt| footing.go_on(dt)).sum();
-        let shared = 2.0 / (1.0 / 0.04 + 1.0 / 0.01);
-        assert!((strayed - shared * 0.8_f64.powi(2)).abs() < 1e-15, "{strayed}");
-    }
 }
