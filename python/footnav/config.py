@@ -105,7 +105,8 @@ class Alignment(Section, frozen=True, kw_only=True):
     fine_duration : float
         Rest after that, at the most, over which the filter levels finely before the walk begins, s (Wu et al.).
     gyro_bias_std : float
-        Standard deviation of the gyroscope's bias after `duration` of rest, rad/s, beside what the foot was seen to sway.
+        Standard deviation of the gyroscope's bias after `duration` of rest, rad/s, beside what the foot was seen to
+        sway.
     tilt_std : float
         Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
     heading_std_deg : float
