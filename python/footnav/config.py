@@ -217,6 +217,31 @@ class Filter(Section, frozen=True, kw_only=True):
     rest_duration: float = 0.5
 
 
+class Magnetometer(Section, frozen=True, kw_only=True):
+    """The heading that a magnetometer holds.
+
+    The field of the rest at the start, or else of the first stance with a reading, is what the others are held against:
+    once in each stance the heading is corrected, unless strength, dip or heading of its field disagree.
+
+    Attributes
+    ----------
+    heading : bool
+        Whether the field holds the heading.  The readings have to be calibrated: ``docs/accuracy.md`` tells why.
+    std_deg : float
+        Standard deviation of the heading that the field of a stance shows, degrees: what bends it there and is not seen
+        in its strength and dip.
+    strength_tolerance : float
+        Share by which the strength of the field may differ from that at the start.
+    dip_tolerance_deg : float
+        Angle by which its dip may, degrees.
+    """
+
+    heading: bool = False
+    std_deg: float = 10.0
+    strength_tolerance: float = 0.1
+    dip_tolerance_deg: float = 5.0
+
+
 class Correction(Section, frozen=True, kw_only=True):
     """Correction of whole gait cycles, after the filter (Abdulrahim et al.); needs the whole recording.
 
@@ -310,6 +335,8 @@ class Config(Section, frozen=True, kw_only=True):
         The stance detector: the settings of one of the kinds in ``footnav.config.Detector``.
     filter : Filter
         The error-state filter.
+    magnetometer : Magnetometer
+        The heading that a magnetometer holds.
     correction : Correction
         Correction of whole gait cycles.
     smoother : Smoother
@@ -337,6 +364,7 @@ class Config(Section, frozen=True, kw_only=True):
     mechanization: Mechanization = Mechanization()
     detector: Detector = AdaptiveShoe()
     filter: Filter = Filter()
+    magnetometer: Magnetometer = Magnetometer()
     correction: Correction = Correction()
     smoother: Smoother = Smoother()
     health: HealthLimits = HealthLimits()

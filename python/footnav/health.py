@@ -80,6 +80,8 @@ class Counters:
         Zero-velocity updates that were applied, and those that the gate rejected.
     zero_angular_rate_updates : int
         Zero-angular-rate updates that were applied.
+    magnetic_updates, magnetic_rejected : int
+        Stances whose magnetic field corrected the heading, and those in which it disagreed with the one at the start.
     """
 
     samples: int = 0
@@ -90,13 +92,17 @@ class Counters:
     zero_velocity_updates: int = 0
     zero_velocity_rejected: int = 0
     zero_angular_rate_updates: int = 0
+    magnetic_updates: int = 0
+    magnetic_rejected: int = 0
 
     def __str__(self) -> str:
         """List the counters in one sentence."""
+        magnetic = f", {self.magnetic_updates:,} magnetic updates ({self.magnetic_rejected:,} rejected)"
         return (
             f"{self.samples:,} samples: {self.repeated:,} repeated, {self.gaps:,} gaps, {self.clipped:,} clipped, "
             f"{self.refused:,} refused; {self.zero_velocity_updates:,} zero-velocity updates "
-            f"({self.zero_velocity_rejected:,} rejected), {self.zero_angular_rate_updates:,} zero-angular-rate updates."
+            f"({self.zero_velocity_rejected:,} rejected), {self.zero_angular_rate_updates:,} zero-angular-rate updates"
+            f"{magnetic if self.magnetic_updates or self.magnetic_rejected else ''}."
         )
 
 

@@ -185,8 +185,9 @@ class Job:
         if isinstance(source, Recording):
             ranges = f"{source.accel_range} {source.gyro_range}"
             digest.update(ranges.encode())
-            for samples in (source.t, source.accel, source.gyro):
-                digest.update(samples.tobytes())
+            mag = source.mag if self.config.magnetometer.heading else None
+            for samples in (source.t, source.accel, source.gyro, mag):
+                digest.update(b"" if samples is None else samples.tobytes())
         else:
             path = Path(source)
             status = path.stat() if path.exists() else None

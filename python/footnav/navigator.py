@@ -53,6 +53,9 @@ class Navigator(_core.Navigator):
     The default looks ahead for 0.625 s and is the more accurate for it; with
     ``Config(detector=AdaptiveShoe.live())`` it is 0.275 s.  ``docs/accuracy.md`` tells what that costs.
 
+    A magnetometer (``Config(magnetometer=Magnetometer(heading=True))``) is fed by :meth:`push_block`; what comes by
+    `push` has no reading of it.
+
     Threads may share a navigator if they take turns: whatever is asked of it while another call is at work raises
     `footnav.errors.BusyError` and changes nothing.
 
@@ -108,7 +111,7 @@ class Navigator(_core.Navigator):
         self.rate_hz = rate_hz
         self._placed = placed(self.config)
 
-    def push_block(self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike) -> Trajectory:
+    def push_block(self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, mag: ArrayLike | None = None) -> Trajectory:
         """Take a block of samples in and return the states that came out.
 
         Parameters
@@ -119,6 +122,9 @@ class Navigator(_core.Navigator):
             Specific force in the sensor frame, m/s².
         gyro : array_like of shape (n, 3)
             Angular rate in the sensor frame, rad/s.
+        mag : array_like of shape (n, 3), optional
+            Magnetic flux density in the sensor frame, calibrated, T.  Rows of NaN, and rows that repeat the one before,
+            are no readings.  Used if ``config.magnetometer.heading`` is set.
 
         Returns
         -------
@@ -128,12 +134,14 @@ class Navigator(_core.Navigator):
         Raises
         ------
         DataError
-            A shape is wrong, a value is not finite, or time goes back; none of the block was used.
+            A shape is wrong, a value is not finite, or time goes back; or a magnetometer is to hold the heading, and
+            neither this block nor one before has readings of it.  None of the block was used.
         NumericalError
             The filter cannot go on; :meth:`reset` begins anew.
         """
         columns = (_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2))
-        return Trajectory.of_block(self._push_columns(*columns), self._placed)
+        field = None if mag is None else _floats("mag", mag, 2)
+        return Trajectory.of_block(self._push_columns(*columns, field), self._placed)
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.

@@ -43,7 +43,8 @@ def track(
     Parameters
     ----------
     recording : Recording
-        The samples.  Its full-scale ranges are used where the settings name none.
+        The samples.  Its full-scale ranges are used where the settings name none, its magnetometer if the settings ask
+        for it.
     config : Config, optional
         Settings; the defaults need no tuning.
     stationary : array_like of bool of shape (n,), optional
@@ -65,8 +66,8 @@ def track(
         Settings at odds with each other, both `stationary` and `detector`, or a detector that is no
         `footnav.StanceDetector`.
     DataError
-        The samples cannot be used, or are fewer than the alignment needs; `stationary` is not a bool for each; a
-        smoother or a correction found no stance to go by.
+        The samples cannot be used, or are fewer than the alignment needs; a magnetometer is to hold the heading, and
+        there is none; `stationary` is not a bool for each; a smoother or a correction found no stance to go by.
     NumericalError
         The filter cannot go on.
 
@@ -94,11 +95,13 @@ def track_quietly(
     """Track a whole recording and leave what speaks against the track to its health; see `track`."""
     config = with_ranges_of(recording, config)
     report = progress or (lambda _: None)
+    mag = recording.mag if config.magnetometer.heading else None
     try:
         batch = _batch(recording, config, stationary, detector)
         for start in range(0, len(recording), BLOCK):
             rows = slice(start, start + BLOCK)
-            batch.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows])
+            field = None if mag is None else mag[rows]
+            batch.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows], field)
             report(min(1.0, (start + BLOCK) / len(recording)))
         columns, fields, strides = batch.finish(lambda: report(1.0))
     except FootnavError as error:
@@ -140,10 +143,13 @@ def with_ranges_of(recording: Recording, config: Config) -> Config:
 
 def _warn(name: str, health: Health) -> None:
     counters, reasons = health.counters, health.reasons
+    bent, stances = counters.magnetic_rejected, counters.magnetic_updates + counters.magnetic_rejected
     findings = {
         f"{counters.repeated:,} samples repeat the stamp of the one before": counters.repeated,
         f"samples are missing in {counters.gaps:,} place{'s' if counters.gaps > 1 else ''}": counters.gaps,
         f"{counters.clipped:,} samples are clipped at full scale: choose a wider range": counters.clipped,
+        f"in {bent:,} of {stances:,} stances the magnetic field disagreed with that at the start and was not used: "
+        "calibrate the magnetometer, and start away from iron": bent > stances / 2,
         "the recording starts in motion: keep the foot still for a second first": Reason.MOVING_START in reasons,
         "the foot was not seen at rest for too long": Reason.NO_ZERO_VELOCITY in reasons,
     }

@@ -9,7 +9,7 @@ use crate::error::{ConfigError, DataError, Error};
 use crate::gait::Stride;
 use crate::health::Health;
 use crate::navigator::Navigator;
-use crate::sample::ImuSample;
+use crate::sample::{ImuSample, MagSample};
 use crate::trajectory::Trajectory;
 use crate::watch::{STRETCH, unwatched};
 
@@ -69,13 +69,18 @@ impl Batch {
         Ok(())
     }
 
+    /// Takes a reading of the magnetometer: see [`Navigator::push_field`].
+    pub fn push_field(&mut self, reading: &MagSample) {
+        self.navigator.push_field(reading);
+    }
+
     /// Ends the recording: one row per sample, the health of the whole walk, and its strides if `config.output.strides` asks for them.
     ///
     /// A smoother or a correction moves the ends of a stride after the filter cloned their errors: its displacement is that between the rows, its covariance is the filter's, and conservative.
     ///
     /// # Errors
-    /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is nothing to smooth or correct by, and
-    /// [`crate::error::NumericalError`] when the filter cannot go on.
+    /// [`DataError::NoField`] when a magnetometer was to hold the heading and was not read, [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when there is
+    /// nothing to smooth or correct by, and [`crate::error::NumericalError`] when the filter cannot go on.
     pub fn finish(self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
         self.finish_watched(unwatched)
     }
@@ -88,6 +93,7 @@ impl Batch {
         mut self,
         mut watch: impl FnMut() -> Result<(), E>,
     ) -> Result<(Trajectory, Health, Vec<Stride>), E> {
+        self.navigator.check_field().map_err(Error::from)?;
         while !self.navigator.go_back(STRETCH)? {
             watch()?;
         }

@@ -12,6 +12,7 @@ use crate::strapdown::MechanizationKind;
 
 mod detector;
 mod filter;
+mod magnetometer;
 mod presets;
 mod refinement;
 
@@ -21,6 +22,7 @@ pub use detector::{
     ThreeConditionConfig, WindowedEnergiesConfig,
 };
 pub use filter::{AttitudeUpdate, FilterConfig, FilterKind};
+pub use magnetometer::MagnetometerConfig;
 pub use presets::PRESETS;
 pub use refinement::{CorrectionConfig, CorrectionKind, SmootherConfig, SmootherKind};
 
@@ -44,6 +46,8 @@ pub struct Config {
     pub detector: DetectorConfig,
     /// The error-state filter.
     pub filter: FilterConfig,
+    /// The heading that a magnetometer holds.
+    pub magnetometer: MagnetometerConfig,
     /// Corrections of whole gait cycles.
     pub correction: CorrectionConfig,
     /// Estimates from what came later.
@@ -297,6 +301,7 @@ impl Config {
         self.mechanization.validate()?;
         self.detector.validate()?;
         self.filter.validate()?;
+        self.magnetometer.validate(&self.filter)?;
         self.smoother.validate()?;
         self.health.validate()?;
         self.output.validate()?;

@@ -137,6 +137,21 @@ pub enum DataError {
         "the calibration follows the temperature, but the recording has none; give the temperature of the sensor in degrees Celsius"
     )]
     NoTemperature,
+    /// A reading of the magnetometer is NaN or infinite.
+    #[error(
+        "at {time} s the magnetic field is {field:?}; expected three finite numbers: leave out what the magnetometer did not read (in an array: three NaN)"
+    )]
+    FieldNotFinite {
+        /// Stamp of the reading, s.
+        time: f64,
+        /// The field, sensor axes.
+        field: [f64; 3],
+    },
+    /// The magnetometer is to hold the heading, and has read nothing.
+    #[error(
+        "magnetometer.heading is set, but there is no reading of a magnetometer: hand its readings over with the samples (mag), or leave the setting out"
+    )]
+    NoField,
     /// The reading of the magnetometer carries no heading.
     #[error("the magnetic field {field:?} has no horizontal part, so it gives no heading")]
     VerticalField {

@@ -123,6 +123,8 @@ const FOOT_FORCE: f64 = 10.0;
 const WALKING_SPEED: f64 = 1.5;
 /// Standard deviation of the heading of a person who was not seen for a while, rad.
 const HEADING_STD_AFTER_GAP: f64 = 1.0;
+/// Squared Mahalanobis distance of an observed heading beyond which it is rejected: what bends a magnetic field is not Gaussian.
+const HEADING_GATE: f64 = 9.0;
 /// Variance of a state that is known by definition, such as the heading where it only says where n x points: small, but above rounding.
 const BY_DEFINITION: f64 = 1.0e-10;
 /// Standard deviation of the place of a foot at rest at the start, m: it rocks a little, and nothing tells about which point.
@@ -275,6 +277,17 @@ impl ErrorStateFilter {
         let axes = observed.tilt.into_iter().enumerate().chain(observed.heading.map(|heading| (2, heading)));
         let errors = self.observe_attitude(axes, std, journal);
         self.estimate.correct(&errors);
+    }
+
+    /// Heading update: the heading is wrong by `innovation` (rad), up to a `variance` (rad²).
+    pub(crate) fn heading(&mut self, innovation: f64, variance: f64, journal: &mut impl Journal) -> Update {
+        let (update, observation) =
+            self.covariance.observe_axis(Block::Attitude, 2, innovation, variance, HEADING_GATE);
+        if let Some(observation) = observation {
+            journal.observation(&observation);
+            self.estimate.correct(&observation.errors());
+        }
+        update
     }
 
     /// Dead reckoning: the velocity is set to zero and nothing else is learned from it.

@@ -79,6 +79,10 @@ pub struct UpdateCounters {
     pub zero_velocity_rejected: u64,
     /// Zero angular rates used.
     pub zero_angular_rate: u64,
+    /// Stances whose magnetic field corrected the heading.
+    pub magnetic: u64,
+    /// Stances whose magnetic field disagreed with that at the start.
+    pub magnetic_rejected: u64,
 }
 
 /// What speaks against the newest solution, and what was counted.
@@ -139,6 +143,11 @@ impl HealthMonitor {
 
     pub(crate) fn zero_angular_rate(&mut self, accepted: bool) {
         self.updates.zero_angular_rate += u64::from(accepted);
+    }
+
+    pub(crate) fn magnetic(&mut self, accepted: bool) {
+        self.updates.magnetic += u64::from(accepted);
+        self.updates.magnetic_rejected += u64::from(!accepted);
     }
 
     /// Remembers what is held against a sample.

@@ -31,5 +31,5 @@ pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use gait::Stride;
 pub use navigator::{Navigator, Solution};
-pub use sample::ImuSample;
+pub use sample::{ImuSample, MagSample};
 pub use trajectory::{Trajectory, track};

@@ -16,17 +16,19 @@ use crate::filter::{ErrorStateFilter, Estimate, STANDING_STD};
 use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
-use crate::sample::ImuSample;
+use crate::sample::{ImuSample, MagSample};
 use crate::smoother::Smoother;
 use crate::strapdown::{NavState, Strapdown};
 use crate::trajectory::Trajectory;
 
+mod compass;
 mod footing;
 mod levelling;
 mod rolling;
 mod scale;
 mod walk;
 
+use compass::Compass;
 use levelling::Levelling;
 use scale::ScaleErrors;
 use walk::{Finding, Setting, Walk};
@@ -65,6 +67,7 @@ pub struct Navigator {
     smoother: Option<Smoother>,
     strides: Option<Measured>,
     scale: Option<ScaleErrors>,
+    compass: Option<Compass>,
     monitor: HealthMonitor,
     latest: Option<Solution>,
     /// All that spoke against a solution since the start was aligned.
@@ -149,6 +152,7 @@ impl Navigator {
             smoother: smoother(&config, rate),
             strides: strides(&config),
             scale: ScaleErrors::new(&config.sensor),
+            compass: Compass::new(&config.magnetometer),
             monitor: HealthMonitor::new(config.health.clone()),
             latest: None,
             reasons_so_far: Reasons::empty(),
@@ -198,6 +202,15 @@ impl Navigator {
         match self.detector.push(&sample) {
             Some(decision) => self.release(&decision),
             None => Ok(false),
+        }
+    }
+
+    /// Takes a reading of the magnetometer; it has to come before the first sample that is as new.
+    ///
+    /// It is used if `config.magnetometer.heading` is set.
+    pub fn push_field(&mut self, reading: &MagSample) {
+        if let Some(compass) = &mut self.compass {
+            compass.push(reading);
         }
     }
 
@@ -279,6 +292,7 @@ impl Navigator {
         self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
         self.strides = strides(&self.config);
         self.scale = ScaleErrors::new(&self.config.sensor);
+        self.compass = Compass::new(&self.config.magnetometer);
         self.monitor = HealthMonitor::new(self.config.health.clone());
         self.latest = None;
         self.reasons_so_far = Reasons::empty();
@@ -388,6 +402,14 @@ impl Navigator {
         })
     }
 
+    /// Checks that a magnetometer was read if it is to hold the heading.
+    ///
+    /// # Errors
+    /// [`DataError::NoField`].
+    pub(crate) fn check_field(&self) -> Result<(), DataError> {
+        if self.compass.as_ref().is_none_or(Compass::has_read) { Ok(()) } else { Err(DataError::NoField) }
+    }
+
     fn check_running(&self) -> Result<(), Error> {
         match &self.failure {
             Some(failure) => Err(failure.clone()),
@@ -412,7 +434,7 @@ impl Navigator {
     fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
-        if self.smoother.is_some() || self.strides.is_some() {
+        if self.smoother.is_some() || self.strides.is_some() || self.compass.is_some() {
             return self.solve_with_journal(arrived, decision);
         }
         let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?;
@@ -422,13 +444,17 @@ impl Navigator {
         Ok(true)
     }
 
-    /// The same for those who need to know what the filter did.
+    /// The same with a magnetometer, and for those who need to know what the filter did.
     fn solve_with_journal(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
         let strides = self.strides.as_mut().map(Measured::journal);
         let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
         let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?;
+        if let Some(compass) = &mut self.compass {
+            compass.update(&mut walk.filter, &mut self.monitor, found.zero_velocity, &mut journal);
+            walk.filter.check()?;
+        }
         self.reasons_so_far |= found.reasons;
         let solution = walk.solution(found);
         Ok(self.hold_back(solution))
@@ -477,6 +503,7 @@ impl Navigator {
             Phase::Levelling(levelling) => {
                 if levelling.push(&setting, &arrived.sample)? {
                     let (walk, moving) = levelling.begin();
+                    self.compass.iter_mut().for_each(|compass| compass.begin(&walk.filter.estimate.nav, true));
                     let walk = walk.through(&self.strapdown, moving, self.strides.as_mut());
                     return Ok(self.begin(walk, arrived, decision, true));
                 }
@@ -498,6 +525,8 @@ impl Navigator {
                     self.phase = Phase::Levelling(levelling);
                     return Ok(self.stay(nav, arrived, decision));
                 }
+                let nav = &walk.filter.estimate.nav;
+                self.compass.iter_mut().for_each(|compass| compass.begin(nav, aligned.at_rest));
                 let walk = walk.through(&self.strapdown, moving, self.strides.as_mut());
                 Ok(self.begin(walk, arrived, decision, aligned.at_rest))
             }

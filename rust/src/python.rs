@@ -10,7 +10,7 @@ use crate::config::{AdaptiveShoeConfig, Config, DetectorConfig, PRESETS};
 use crate::detector::{configured, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
 use crate::python::detector::PyDetector;
-use crate::sample::ImuSample;
+use crate::sample::{ImuSample, MagSample};
 
 mod allan;
 mod batch;
@@ -179,6 +179,18 @@ fn rows((t, accel, gyro): &Columns<'_>) -> PyResult<Vec<ImuSample>> {
         ImuSample::new(t[k], at(&accel), at(&gyro))
     };
     Ok((0..t.len()).map(row).collect())
+}
+
+/// The readings of a magnetometer beside a block of samples; none where a row is NaN.
+fn fields(samples: &[ImuSample], mag: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<MagSample>> {
+    let mag = mag.as_array();
+    let (n, shape) = (samples.len(), mag.shape());
+    if shape != [n, 3] {
+        return Err(DataError::new_err(format!("{n} stamps need mag of shape ({n}, 3); got {shape:?}")));
+    }
+    let rows = samples.iter().zip(mag.rows()).map(|(sample, row)| (sample.time, [row[0], row[1], row[2]]));
+    let read = rows.filter(|(_, field)| !field.iter().all(|component| component.is_nan()));
+    Ok(read.map(|(t, field)| MagSample::new(t, field)).collect::<Result<_, _>>().map_err(Error::from)?)
 }
 
 /// An (n, N) array that takes over the memory of `rows`.

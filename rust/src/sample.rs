@@ -1,4 +1,4 @@
-//! One reading of the inertial measurement unit.
+//! One reading of the inertial measurement unit, and one of a magnetometer beside it.
 
 use nalgebra::Vector3;
 
@@ -16,6 +16,38 @@ pub struct ImuSample {
     pub specific_force: Vector3<f64>,
     /// Angular rate, rad/s.
     pub angular_rate: Vector3<f64>,
+}
+
+/// One reading of a magnetometer that is mounted with the inertial measurement unit, in the sensor frame b.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagSample {
+    time: f64,
+    field: Vector3<f64>,
+}
+
+impl MagSample {
+    /// A reading from its stamp (s, of the same clock as the samples) and the field, in any unit.
+    ///
+    /// # Errors
+    /// [`DataError::FieldNotFinite`].
+    pub fn new(time: f64, field: [f64; 3]) -> Result<Self, DataError> {
+        if time.is_finite() && field.iter().all(|component| component.is_finite()) {
+            return Ok(Self { time, field: field.into() });
+        }
+        Err(DataError::FieldNotFinite { time, field })
+    }
+
+    /// Stamp, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Magnetic field, b.
+    #[must_use]
+    pub fn field(&self) -> Vector3<f64> {
+        self.field
+    }
 }
 
 impl ImuSample {

@@ -11,7 +11,7 @@ use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
-use crate::python::{DataError, from_json, rows};
+use crate::python::{DataError, fields, from_json, rows};
 
 /// A recording on its way through the core; `footnav.track` dresses its columns as a trajectory.
 #[pyclass(frozen, name = "Batch", module = "footnav._core")]
@@ -50,16 +50,20 @@ impl PyBatch {
         Ok(Self { inner: Exclusive::new(Some(inner)), failure, strides })
     }
 
+    #[pyo3(signature = (t, accel, gyro, mag=None))]
     fn push_block(
         &self,
         py: Python<'_>,
         t: PyReadonlyArray1<'_, f64>,
         accel: PyReadonlyArray2<'_, f64>,
         gyro: PyReadonlyArray2<'_, f64>,
+        mag: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<()> {
         let samples = rows(&(t, accel, gyro))?;
+        let fields = mag.map(|mag| fields(&samples, &mag)).transpose()?;
         let mut inner = self.inner.lock()?;
         let batch = (**inner).as_mut().ok_or_else(finished)?;
+        fields.iter().flatten().for_each(|reading| batch.push_field(reading));
         let pushed = py.detach(|| batch.push_block(&samples));
         self.check(py)?;
         Ok(pushed?)

@@ -13,7 +13,7 @@ use crate::navigator::{Navigator, Solution};
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
-use crate::python::{from_json, matrix, rows};
+use crate::python::{fields, from_json, matrix, rows};
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
@@ -79,17 +79,24 @@ impl PyNavigator {
         Ok(is_new?)
     }
 
-    #[pyo3(name = "_push_columns")]
+    #[pyo3(name = "_push_columns", signature = (t, accel, gyro, mag=None))]
     fn push_columns(
         &self,
         py: Python<'_>,
         t: PyReadonlyArray1<'_, f64>,
         accel: PyReadonlyArray2<'_, f64>,
         gyro: PyReadonlyArray2<'_, f64>,
+        mag: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<PyColumns> {
         self.check(py)?;
         let samples = rows(&(t, accel, gyro))?;
         let navigator = &mut **self.inner.lock()?;
+        if let Some(mag) = mag {
+            navigator.check_block(&samples)?;
+            fields(&samples, &mag)?.iter().for_each(|reading| navigator.push_field(reading));
+        } else {
+            navigator.check_field().map_err(Error::from)?;
+        }
         let solutions = py.detach(|| navigator.push_block(&samples));
         self.check(py)?;
         Ok(PyColumns { states: solutions?, health: navigator.health() })
@@ -199,6 +206,8 @@ pub(super) fn health_fields<'py>(py: Python<'py>, health: &Health) -> PyResult<B
     counters.set_item("zero_velocity_updates", health.counters.updates.zero_velocity)?;
     counters.set_item("zero_velocity_rejected", health.counters.updates.zero_velocity_rejected)?;
     counters.set_item("zero_angular_rate_updates", health.counters.updates.zero_angular_rate)?;
+    counters.set_item("magnetic_updates", health.counters.updates.magnetic)?;
+    counters.set_item("magnetic_rejected", health.counters.updates.magnetic_rejected)?;
     let fields = PyDict::new(py);
     fields.set_item("reasons", health.reasons.bits())?;
     fields.set_item("counters", counters)?;
