@@ -7,10 +7,10 @@
 //! A swing that lasts longer than the detector looks has a least statistic too.  But a stance is stiller than the swing next to it by orders of magnitude, and a
 //! pause of a slow swing is not: above the floor, a stationary sample's statistic must also be small against the greatest one around it.
 
-use std::collections::VecDeque;
-
 use crate::config::AdaptiveShoeConfig;
-use crate::detector::extremes::{Extremes, SlidingExtremes};
+use crate::detector::backlog::Backlog;
+use crate::detector::delay::Delay;
+use crate::detector::extremes::{Extremes, SlidingExtremes, greater, lesser};
 use crate::detector::shoe::ShoeStatistic;
 use crate::detector::window::samples;
 use crate::detector::{Decision, Detector};
@@ -23,9 +23,9 @@ use crate::sample::ImuSample;
 pub struct AdaptiveShoe {
     statistic: ShoeStatistic,
     around: SlidingExtremes,
-    /// Statistics whose look-ahead is not complete.
-    waiting: VecDeque<f64>,
-    look_ahead: usize,
+    /// Brings a statistic to the middle of what is around it.
+    delay: Delay,
+    backlog: Backlog,
     factor: f64,
     floor: f64,
     ceiling: f64,
@@ -38,11 +38,12 @@ impl AdaptiveShoe {
     pub fn new(config: &AdaptiveShoeConfig, rate_hz: f64, gravity: f64) -> Self {
         let look_ahead = samples(config.look_ahead * rate_hz);
         let span = samples(config.look_behind * rate_hz) + 1 + look_ahead;
+        let statistic = ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity);
         Self {
-            statistic: ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity),
             around: SlidingExtremes::new(span),
-            waiting: VecDeque::with_capacity(look_ahead + 1),
-            look_ahead,
+            delay: Delay::new(look_ahead),
+            backlog: Backlog::new(statistic.latency() + look_ahead),
+            statistic,
             factor: config.factor,
             floor: config.floor,
             ceiling: config.ceiling,
@@ -50,43 +51,39 @@ impl AdaptiveShoe {
         }
     }
 
-    fn take_in(&mut self, statistic: f64) -> Option<Decision> {
+    /// Takes the next statistic; decides about the one that has come to the middle.
+    fn take_in(&mut self, statistic: f64) -> Decision {
         let around = self.around.push(statistic);
-        self.waiting.push_back(statistic);
-        if self.waiting.len() <= self.look_ahead {
-            return None;
-        }
-        self.waiting.pop_front().map(|statistic| self.decide(statistic, &around))
+        let statistic = self.delay.push(statistic);
+        Decision::up_to(self.threshold(&around), statistic)
     }
 
-    fn decide(&self, statistic: f64, around: &Extremes) -> Decision {
-        let threshold = (self.factor * around.least).min(self.contrast * around.greatest);
-        Decision::up_to(threshold.max(self.floor).min(self.ceiling), statistic)
+    fn threshold(&self, around: &Extremes) -> f64 {
+        let relative = lesser(self.factor * around.least, self.contrast * around.greatest);
+        lesser(greater(relative, self.floor), self.ceiling)
     }
 }
 
 impl Detector for AdaptiveShoe {
     fn latency(&self) -> usize {
-        self.statistic.latency() + self.look_ahead
+        self.backlog.latency()
     }
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
-        self.statistic.push(sample).and_then(|statistic| self.take_in(statistic))
+        let statistic = self.statistic.push(sample);
+        let decision = self.take_in(statistic);
+        self.backlog.push().then_some(decision)
     }
 
     fn drain(&mut self) -> Option<Decision> {
-        while let Some(statistic) = self.statistic.drain() {
-            if let Some(decision) = self.take_in(statistic) {
-                return Some(decision);
-            }
-        }
-        let around = self.around.push(f64::NAN);
-        self.waiting.pop_front().map(|statistic| self.decide(statistic, &around))
+        let steps = self.backlog.drain()?;
+        (0..steps).map(|_| self.take_in(f64::NAN)).last()
     }
 
     fn reset(&mut self) {
         self.statistic.reset();
         self.around.reset();
-        self.waiting.clear();
+        self.delay.reset();
+        self.backlog.reset();
     }
 }

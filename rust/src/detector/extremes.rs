@@ -14,16 +14,24 @@ pub(super) struct Extremes {
 impl Extremes {
     const OF_NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
 
-    /// Of one value; NaN is none.
     fn of(value: f64) -> Self {
-        if value.is_nan() { Self::OF_NONE } else { Self { least: value, greatest: value } }
+        Self { least: value, greatest: value }
     }
 
+    /// Of both; NaN among the others is none.
     fn and(self, other: Self) -> Self {
-        let least = if other.least < self.least { other.least } else { self.least };
-        let greatest = if other.greatest > self.greatest { other.greatest } else { self.greatest };
-        Self { least, greatest }
+        Self { least: lesser(self.least, other.least), greatest: greater(self.greatest, other.greatest) }
     }
+}
+
+/// The lesser of two, `a` if `b` is NaN; a single instruction, as `f64::min` is not, which asks that of both.
+pub(super) fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+/// The greater of two, `a` if `b` is NaN.
+pub(super) fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// The extremes of the last values.

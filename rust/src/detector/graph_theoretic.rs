@@ -17,7 +17,8 @@
 use nalgebra::Vector3;
 
 use crate::config::GraphTheoreticConfig;
-use crate::detector::window::{Centred, Window, number};
+use crate::detector::backlog::Backlog;
+use crate::detector::window::{Window, number};
 use crate::detector::{Decision, Detector, larger};
 use crate::sample::ImuSample;
 
@@ -25,6 +26,7 @@ use crate::sample::ImuSample;
 #[derive(Clone, Debug)]
 pub(super) struct GraphTheoretic {
     window: Window<3>,
+    backlog: Backlog,
     threshold: f64,
     /// Of each sample of the window: length of its edges to the samples before and after it.
     edges: Vec<(f64, f64)>,
@@ -32,9 +34,11 @@ pub(super) struct GraphTheoretic {
 
 impl GraphTheoretic {
     pub(super) fn new(config: &GraphTheoreticConfig, rate_hz: f64) -> Self {
-        Self { window: Window::new(config.window, rate_hz), threshold: config.threshold, edges: Vec::new() }
+        let window = Window::new(config.window, rate_hz);
+        Self { backlog: Backlog::new(window.half()), window, threshold: config.threshold, edges: Vec::new() }
     }
 
+    /// NaN while the window is not full.
     fn statistic(&mut self) -> f64 {
         let Self { window, edges, .. } = self;
         edges.clear();
@@ -70,24 +74,20 @@ fn greatest_contrast(edges: &[(f64, f64)], total: f64) -> f64 {
 
 impl Detector for GraphTheoretic {
     fn latency(&self) -> usize {
-        self.window.half()
+        self.backlog.latency()
     }
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
-        match self.window.push(sample.specific_force.into())? {
-            Centred::Filling => Some(Decision::UNKNOWN),
-            Centred::Full { .. } => {
-                let statistic = self.statistic();
-                Some(Decision::up_to(self.threshold, statistic))
-            }
-        }
+        self.window.push(sample.specific_force.into());
+        self.backlog.push().then(|| Decision::up_to(self.threshold, self.statistic()))
     }
 
     fn drain(&mut self) -> Option<Decision> {
-        self.window.drain().then_some(Decision::UNKNOWN)
+        self.backlog.drain().map(|_| Decision::UNKNOWN)
     }
 
     fn reset(&mut self) {
         self.window.reset();
+        self.backlog.reset();
     }
 }

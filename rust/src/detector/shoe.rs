@@ -6,7 +6,8 @@
 use nalgebra::Vector3;
 
 use crate::config::ShoeConfig;
-use crate::detector::window::{Centred, Window, at_least_zero};
+use crate::detector::backlog::Backlog;
+use crate::detector::window::{Window, at_least_zero};
 use crate::detector::{Decision, Detector};
 use crate::sample::ImuSample;
 
@@ -15,7 +16,10 @@ use crate::sample::ImuSample;
 pub(super) struct ShoeStatistic {
     /// Sums of f (three), |f|², |ω|².
     window: Window<5>,
-    gravity: f64,
+    /// 2 g.
+    twice_gravity: f64,
+    /// W g².
+    gravity_alone: f64,
     accel_weight: f64,
     gyro_weight: f64,
 }
@@ -25,7 +29,8 @@ impl ShoeStatistic {
         let window = Window::new(window, rate_hz);
         let accel_weight = 1.0 / (window.size() * accel_std * accel_std);
         let gyro_weight = 1.0 / (window.size() * gyro_std * gyro_std);
-        Self { window, gravity, accel_weight, gyro_weight }
+        let (twice_gravity, gravity_alone) = (2.0 * gravity, window.size() * gravity * gravity);
+        Self { window, twice_gravity, gravity_alone, accel_weight, gyro_weight }
     }
 
     pub(super) fn latency(&self) -> usize {
@@ -33,21 +38,12 @@ impl ShoeStatistic {
     }
 
     /// The statistic of the sample half a window back; NaN while the window is not full.
-    pub(super) fn push(&mut self, sample: &ImuSample) -> Option<f64> {
+    pub(super) fn push(&mut self, sample: &ImuSample) -> f64 {
         let (f, rate_squared) = (&sample.specific_force, sample.angular_rate.norm_squared());
-        let size = self.window.size();
-        match self.window.push([f.x, f.y, f.z, f.norm_squared(), rate_squared])? {
-            Centred::Filling => Some(f64::NAN),
-            Centred::Full { sums: &[x, y, z, force, rate], .. } => {
-                let resultant = Vector3::new(x, y, z).norm();
-                let residual = force - 2.0 * self.gravity * resultant + size * self.gravity * self.gravity;
-                Some(self.accel_weight * at_least_zero(residual) + self.gyro_weight * rate)
-            }
-        }
-    }
-
-    pub(super) fn drain(&mut self) -> Option<f64> {
-        self.window.drain().then_some(f64::NAN)
+        let &[x, y, z, force, rate] = self.window.push([f.x, f.y, f.z, f.norm_squared(), rate_squared]);
+        let resultant = Vector3::new(x, y, z).norm();
+        let residual = force - self.twice_gravity * resultant + self.gravity_alone;
+        self.accel_weight * at_least_zero(residual) + self.gyro_weight * rate
     }
 
     pub(super) fn reset(&mut self) {
@@ -59,6 +55,7 @@ impl ShoeStatistic {
 #[derive(Clone, Debug)]
 pub struct Shoe {
     statistic: ShoeStatistic,
+    backlog: Backlog,
     threshold: f64,
 }
 
@@ -67,24 +64,26 @@ impl Shoe {
     #[must_use]
     pub fn new(config: &ShoeConfig, rate_hz: f64, gravity: f64) -> Self {
         let statistic = ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity);
-        Self { statistic, threshold: config.threshold }
+        Self { backlog: Backlog::new(statistic.latency()), statistic, threshold: config.threshold }
     }
 }
 
 impl Detector for Shoe {
     fn latency(&self) -> usize {
-        self.statistic.latency()
+        self.backlog.latency()
     }
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
-        self.statistic.push(sample).map(|statistic| Decision::up_to(self.threshold, statistic))
+        let statistic = self.statistic.push(sample);
+        self.backlog.push().then(|| Decision::up_to(self.threshold, statistic))
     }
 
     fn drain(&mut self) -> Option<Decision> {
-        self.statistic.drain().map(|statistic| Decision::up_to(self.threshold, statistic))
+        self.backlog.drain().map(|_| Decision::UNKNOWN)
     }
 
     fn reset(&mut self) {
         self.statistic.reset();
+        self.backlog.reset();
     }
 }

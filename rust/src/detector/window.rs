@@ -1,96 +1,63 @@
 //! Sums over a sliding window that is centred on the sample in question.
 
-/// The sums of `N` features over the last samples.
+/// The sums of `N` features over the last samples; NaN until there are as many as the window is long.
 ///
 /// The sums are kept incrementally and taken afresh once per window length, so that rounding errors cannot pile up.
 #[derive(Clone, Debug)]
 pub(super) struct Window<const N: usize> {
-    length: usize,
-    /// A ring: the newest row is the one before `next`, the oldest is at `next` once the window is full.
+    /// A ring: the oldest row is at `next`, the newest before it.  NaN where no row came yet, and so in the sums.
     rows: Vec<[f64; N]>,
     next: usize,
     sums: [f64; N],
-    seen: u64,
-    answered: u64,
-}
-
-/// What a window can say of the sample at its centre.
-pub(super) enum Centred<'a, const N: usize> {
-    /// The window is full: its sums and the row at its centre.
-    Full { sums: &'a [f64; N], centre: &'a [f64; N] },
-    /// Too close to the start of the data.
-    Filling,
 }
 
 impl<const N: usize> Window<N> {
     /// A window of about `seconds`, of an odd number of samples and of three at least.
     pub(super) fn new(seconds: f64, rate_hz: f64) -> Self {
         let length = 2 * samples(0.5 * (seconds * rate_hz - 1.0)).max(1) + 1;
-        Self { length, rows: Vec::with_capacity(length), next: 0, sums: [0.0; N], seen: 0, answered: 0 }
+        Self { rows: vec![[f64::NAN; N]; length], next: 0, sums: [f64::NAN; N] }
     }
 
     /// Samples on each side of the centre.
     pub(super) fn half(&self) -> usize {
-        self.length / 2
+        self.rows.len() / 2
     }
 
     /// Number of samples, as a divisor.
     pub(super) fn size(&self) -> f64 {
-        number(self.length)
+        number(self.rows.len())
     }
 
-    /// The rows of a full window, the oldest first.
+    /// The rows, the oldest first.
     pub(super) fn rows(&self) -> impl Iterator<Item = &[f64; N]> + Clone {
         self.rows[self.next..].iter().chain(&self.rows[..self.next])
     }
 
-    /// Takes the next row; answers once there is a sample half a window before it.
-    pub(super) fn push(&mut self, row: [f64; N]) -> Option<Centred<'_, N>> {
-        let leaving = self.put(row);
-        self.seen += 1;
-        if self.next == 0 {
+    /// The row half a window before the newest.
+    pub(super) fn centre(&self) -> &[f64; N] {
+        let centre = self.next + self.half();
+        &self.rows[if centre < self.rows.len() { centre } else { centre - self.rows.len() }]
+    }
+
+    /// Takes the next row and returns the sums.
+    pub(super) fn push(&mut self, row: [f64; N]) -> &[f64; N] {
+        let oldest = std::mem::replace(&mut self.rows[self.next], row);
+        self.next += 1;
+        if self.next == self.rows.len() {
+            self.next = 0;
             self.sums = self.rows.iter().fold([0.0; N], add);
         } else {
-            for ((sum, new), old) in self.sums.iter_mut().zip(row).zip(leaving) {
+            for ((sum, new), old) in self.sums.iter_mut().zip(row).zip(oldest) {
                 *sum += new - old;
             }
         }
-        if self.rows.len() <= self.half() {
-            return None;
-        }
-        self.answered += 1;
-        let centre = self.next + self.half();
-        let centre = if centre < self.length { centre } else { centre - self.length };
-        Some(match self.rows.get(centre) {
-            Some(centre) if self.rows.len() == self.length => Centred::Full { sums: &self.sums, centre },
-            _ => Centred::Filling,
-        })
-    }
-
-    /// Puts a row into the ring and returns the one that leaves; zeros while the ring fills up.
-    fn put(&mut self, row: [f64; N]) -> [f64; N] {
-        let at = self.next;
-        self.next = if at + 1 == self.length { 0 } else { at + 1 };
-        if let Some(oldest) = self.rows.get_mut(at) {
-            return std::mem::replace(oldest, row);
-        }
-        self.rows.push(row);
-        [0.0; N]
-    }
-
-    /// After the end of the data: whether one more sample without a full window waits for its answer.
-    pub(super) fn drain(&mut self) -> bool {
-        let owes = self.answered < self.seen;
-        self.answered += u64::from(owes);
-        owes
+        &self.sums
     }
 
     pub(super) fn reset(&mut self) {
-        self.rows.clear();
+        self.rows.fill([f64::NAN; N]);
         self.next = 0;
-        self.sums = [0.0; N];
-        self.seen = 0;
-        self.answered = 0;
+        self.sums = [f64::NAN; N];
     }
 }
 
@@ -144,20 +111,25 @@ mod tests {
     }
 
     #[test]
-    fn every_row_is_answered_once_and_only_full_windows_have_sums() {
+    fn only_full_windows_have_sums() {
         let mut window = Window::<1>::new(0.025, 200.0);
-        let (mut filling, mut full) = (0, 0);
-        for k in 0..20 {
-            match window.push([f64::from(k)]) {
-                None => assert!(k < 2),
-                Some(Centred::Filling) => filling += 1,
-                Some(Centred::Full { sums, centre }) => {
-                    full += 1;
-                    assert!((sums[0] - 5.0 * centre[0]).abs() < 1e-12);
-                }
+        for k in 0..20_u32 {
+            let sum = window.push([f64::from(k)])[0];
+            if k < 4 {
+                assert!(sum.is_nan());
+            } else {
+                assert_eq!((sum, window.centre()[0]), (5.0 * f64::from(k - 2), f64::from(k - 2)));
             }
         }
-        let owed = std::iter::from_fn(|| window.drain().then_some(())).count();
-        assert_eq!((filling, full, owed), (2, 16, 2));
+    }
+
+    #[test]
+    fn a_reset_window_is_empty() {
+        let mut window = Window::<1>::new(0.025, 200.0);
+        (0..7_u32).for_each(|k| drop(window.push([f64::from(k)])));
+        window.reset();
+        let sums: Vec<f64> = (0..5_u32).map(|k| window.push([f64::from(k)])[0]).collect();
+        assert!(sums[..4].iter().all(|sum| sum.is_nan()));
+        assert_eq!(sums[4], 10.0);
     }
 }
