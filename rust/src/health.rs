@@ -105,9 +105,8 @@ pub(crate) struct HealthMonitor {
     last_event: [(Reasons, f64); 3],
     last_of_all: f64,
     last_zero_velocity: f64,
-    rejecting: bool,
-    moving_start: bool,
-    lost: bool,
+    /// What holds until something ends it: a moving start, rejected updates, being lost.
+    standing: Reasons,
     pub(crate) updates: UpdateCounters,
 }
 
@@ -120,20 +119,18 @@ impl HealthMonitor {
             last_event: MEMORIZED.map(|reason| (reason, f64::NEG_INFINITY)),
             last_of_all: f64::NEG_INFINITY,
             last_zero_velocity: f64::NEG_INFINITY,
-            rejecting: false,
-            moving_start: false,
-            lost: false,
+            standing: Reasons::empty(),
             updates: UpdateCounters::default(),
         }
     }
 
     pub(crate) fn aligned(&mut self, time: f64, at_rest: bool) {
         self.last_zero_velocity = time;
-        self.moving_start = !at_rest;
+        self.standing.set(Reasons::MOVING_START, !at_rest);
     }
 
     pub(crate) fn zero_velocity(&mut self, time: f64, accepted: bool) {
-        self.rejecting = !accepted;
+        self.standing.set(Reasons::UPDATES_REJECTED, !accepted);
         self.updates.zero_velocity += u64::from(accepted);
         self.updates.zero_velocity_rejected += u64::from(!accepted);
         if accepted {
@@ -171,7 +168,7 @@ impl HealthMonitor {
 
     /// The foot was not seen for too long.
     pub(crate) fn lose(&mut self) {
-        self.lost = true;
+        self.standing.insert(Reasons::LOST);
     }
 
     /// The events of the last while.
@@ -187,17 +184,24 @@ impl HealthMonitor {
     }
 
     /// Reasons that hold at `time`, given the `events` of the sample and the tilt uncertainty (rad) of the filter, which is asked for only after a moving start.
+    #[inline]
     pub(crate) fn assess(&mut self, time: f64, events: Reasons, tilt_std: impl FnOnce() -> f64) -> Reasons {
         self.note(time, events);
-        let mut reasons = self.remembered(time);
-        self.moving_start = self.moving_start && tilt_std() > self.config.tilt_limit;
+        if self.standing.contains(Reasons::MOVING_START) {
+            self.standing.set(Reasons::MOVING_START, tilt_std() > self.config.tilt_limit);
+        }
         let unaided = time - self.last_zero_velocity;
-        reasons.set(Reasons::MOVING_START, self.moving_start);
-        reasons.set(Reasons::UPDATES_REJECTED, self.rejecting);
-        reasons.set(Reasons::NO_ZERO_VELOCITY, unaided > self.config.degraded_after);
-        self.lost |= unaided > self.config.invalid_after;
-        reasons.set(Reasons::LOST, self.lost);
-        reasons
+        let missing = if unaided > self.config.degraded_after { self.miss(unaided) } else { Reasons::empty() };
+        self.standing | missing | self.remembered(time)
+    }
+
+    /// What a long time without a zero velocity means.
+    #[cold]
+    fn miss(&mut self, unaided: f64) -> Reasons {
+        if unaided > self.config.invalid_after {
+            self.lose();
+        }
+        Reasons::NO_ZERO_VELOCITY
     }
 }
 

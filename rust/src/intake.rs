@@ -16,7 +16,8 @@ pub(crate) struct Intake {
     longest_interval: f64,
     accel_limit: f64,
     gyro_limit: f64,
-    previous_time: Option<f64>,
+    /// Stamp of the newest sample; NaN before the first.
+    previous_time: f64,
     refused_since: bool,
     pub(crate) counters: Counters,
 }
@@ -28,7 +29,7 @@ impl Intake {
             longest_interval: config.health.gap_intervals * nominal_interval,
             accel_limit: limit(config.sensor.accel_range),
             gyro_limit: limit(config.sensor.gyro_range),
-            previous_time: None,
+            previous_time: f64::NAN,
             refused_since: false,
             counters: Counters::default(),
         }
@@ -38,29 +39,20 @@ impl Intake {
     ///
     /// # Errors
     /// [`DataError`] for a sample that is not finite or goes back in time.  It is counted and forgotten: the next good sample goes on after a gap.
+    #[inline]
     pub(crate) fn accept(&mut self, raw: &ImuSample) -> Result<Reasons, DataError> {
-        if let Err(error) = check(raw, self.next_index(), self.previous_time) {
-            self.counters.refused += 1;
-            self.refused_since = true;
-            return Err(error);
+        if self.is_ordinary(raw) {
+            return Ok(self.take_in(raw, Reasons::empty()));
         }
+        self.refuse_bad(raw)?;
         Ok(self.admit(raw))
     }
 
     /// Takes in a raw sample that [`Intake::check_block`] found good.
     #[inline]
     pub(crate) fn admit(&mut self, raw: &ImuSample) -> Reasons {
-        let mut events = Reasons::empty();
-        events.set(Reasons::REFUSED, std::mem::take(&mut self.refused_since));
-        events.set(Reasons::CLIPPED, self.is_clipped(raw));
-        let interval = self.previous_time.map_or(f64::NAN, |previous| raw.time - previous);
-        events.set(Reasons::GAP, interval > self.longest_interval);
-        self.counters.samples += 1;
-        self.counters.repeated += u64::from(interval == 0.0);
-        self.counters.gaps += u64::from(events.contains(Reasons::GAP));
-        self.counters.clipped += u64::from(events.contains(Reasons::CLIPPED));
-        self.previous_time = Some(raw.time);
-        events
+        let events = if self.is_ordinary(raw) { Reasons::empty() } else { self.remark(raw) };
+        self.take_in(raw, events)
     }
 
     /// Checks a block of samples without taking it in.
@@ -68,7 +60,7 @@ impl Intake {
         let mut previous_time = self.previous_time;
         for (index, raw) in (self.next_index()..).zip(block) {
             check(raw, index, previous_time)?;
-            previous_time = Some(raw.time);
+            previous_time = raw.time;
         }
         Ok(())
     }
@@ -77,17 +69,60 @@ impl Intake {
         self.counters.samples + self.counters.refused
     }
 
+    /// Whether a sample is good and nothing is to be said of it.  Some of which nothing is to be said are not ordinary: those with no axis at its full scale, but the magnitude beyond it.
+    ///
+    /// One number that is not finite makes a comparison false.
+    #[inline]
+    fn is_ordinary(&self, raw: &ImuSample) -> bool {
+        let interval = raw.time - self.previous_time;
+        let in_order = (interval > 0.0) & (interval <= self.longest_interval) & !self.refused_since;
+        let in_range = |v: &Vector3<f64>, limit: f64| v.norm_squared() < limit * limit;
+        in_order & in_range(&raw.specific_force, self.accel_limit) & in_range(&raw.angular_rate, self.gyro_limit)
+    }
+
+    #[inline]
+    fn take_in(&mut self, raw: &ImuSample, events: Reasons) -> Reasons {
+        self.counters.samples += 1;
+        self.previous_time = raw.time;
+        events
+    }
+
+    #[cold]
+    fn refuse_bad(&mut self, raw: &ImuSample) -> Result<(), DataError> {
+        let checked = check(raw, self.next_index(), self.previous_time);
+        if checked.is_err() {
+            self.counters.refused += 1;
+            self.refused_since = true;
+        }
+        checked
+    }
+
+    /// What is to be held against a good sample, counted.
+    #[cold]
+    fn remark(&mut self, raw: &ImuSample) -> Reasons {
+        let interval = raw.time - self.previous_time;
+        let mut events = Reasons::empty();
+        events.set(Reasons::REFUSED, std::mem::take(&mut self.refused_since));
+        events.set(Reasons::CLIPPED, self.is_clipped(raw));
+        events.set(Reasons::GAP, interval > self.longest_interval);
+        self.counters.repeated += u64::from(interval == 0.0);
+        self.counters.gaps += u64::from(events.contains(Reasons::GAP));
+        self.counters.clipped += u64::from(events.contains(Reasons::CLIPPED));
+        events
+    }
+
     fn is_clipped(&self, raw: &ImuSample) -> bool {
-        let reached = |v: &Vector3<f64>, limit: f64| (v.x.abs() >= limit) | (v.y.abs() >= limit) | (v.z.abs() >= limit);
-        reached(&raw.specific_force, self.accel_limit) | reached(&raw.angular_rate, self.gyro_limit)
+        let reached = |v: &Vector3<f64>, limit: f64| v.iter().any(|component| component.abs() >= limit);
+        reached(&raw.specific_force, self.accel_limit) || reached(&raw.angular_rate, self.gyro_limit)
     }
 }
 
-/// Finite, and not older than the sample before.
-fn check(raw: &ImuSample, index: u64, previous_time: Option<f64>) -> Result<(), DataError> {
+/// Finite, and not older than the sample before, if there is one.
+#[inline]
+fn check(raw: &ImuSample, index: u64, previous: f64) -> Result<(), DataError> {
     raw.check_finite(index)?;
-    match previous_time {
-        Some(previous) if raw.time < previous => Err(DataError::TimeReversed { index, time: raw.time, previous }),
-        _ => Ok(()),
+    if raw.time < previous {
+        return Err(DataError::TimeReversed { index, time: raw.time, previous });
     }
+    Ok(())
 }

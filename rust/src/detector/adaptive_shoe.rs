@@ -51,11 +51,11 @@ impl AdaptiveShoe {
         }
     }
 
-    /// Takes the next statistic; decides about the one that has come to the middle.
-    fn take_in(&mut self, statistic: f64) -> Decision {
+    /// Takes the next statistic; decides about the one that has come to the middle, if a sample stands behind it.
+    fn take_in(&mut self, statistic: f64) -> Option<Decision> {
         let around = self.around.push(statistic);
         let statistic = self.delay.push(statistic);
-        Decision::up_to(self.threshold(&around), statistic)
+        self.backlog.push().then(|| Decision::up_to(self.threshold(&around), statistic))
     }
 
     fn threshold(&self, around: &Extremes) -> f64 {
@@ -71,13 +71,12 @@ impl Detector for AdaptiveShoe {
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
         let statistic = self.statistic.push(sample);
-        let decision = self.take_in(statistic);
-        self.backlog.push().then_some(decision)
+        self.take_in(statistic)
     }
 
     fn drain(&mut self) -> Option<Decision> {
         let steps = self.backlog.drain()?;
-        (0..steps).map(|_| self.take_in(f64::NAN)).last()
+        (0..steps).filter_map(|_| self.take_in(f64::NAN)).last()
     }
 
     fn reset(&mut self) {
