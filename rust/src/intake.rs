@@ -75,9 +75,9 @@ impl Intake {
     #[inline]
     fn is_ordinary(&self, raw: &ImuSample) -> bool {
         let interval = raw.time - self.previous_time;
-        let in_order = (interval > 0.0) & (interval <= self.longest_interval) & !self.refused_since;
+        let in_order = interval > 0.0 && interval <= self.longest_interval && !self.refused_since;
         let in_range = |v: &Vector3<f64>, limit: f64| v.norm_squared() < limit * limit;
-        in_order & in_range(&raw.specific_force, self.accel_limit) & in_range(&raw.angular_rate, self.gyro_limit)
+        in_order && in_range(&raw.specific_force, self.accel_limit) && in_range(&raw.angular_rate, self.gyro_limit)
     }
 
     #[inline]
