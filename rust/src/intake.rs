@@ -126,3 +126,79 @@ fn check(raw: &ImuSample, index: u64, previous: f64) -> Result<(), DataError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const INTERVAL: f64 = 0.01;
+    const ACCEL_RANGE: f64 = 100.0;
+    const GYRO_RANGE: f64 = 30.0;
+
+    fn intake(ranges: bool) -> Intake {
+        let mut config = Config::default();
+        config.sensor.accel_range = ranges.then_some(ACCEL_RANGE);
+        config.sensor.gyro_range = ranges.then_some(GYRO_RANGE);
+        Intake::new(&config, INTERVAL)
+    }
+
+    fn reading(range: f64) -> impl Strategy<Value = [f64; 3]> {
+        let odd = prop_oneof![Just(range), Just(-range), Just(1e200), Just(f64::NAN), Just(f64::INFINITY)];
+        prop::array::uniform3(prop_oneof![60 => -range..range, 1 => odd])
+    }
+
+    /// Samples a few intervals apart, some of which have a stamp that is repeated, old or not finite.
+    fn samples() -> impl Strategy<Value = Vec<ImuSample>> {
+        let steps = prop_oneof![12 => Just(1.0), 1 => 1.0..3.0, 1 => Just(0.0), 1 => Just(-2.5), 1 => Just(f64::NAN)];
+        prop::collection::vec((steps, reading(ACCEL_RANGE), reading(GYRO_RANGE)), 1..40).prop_map(|rows| {
+            let mut time = 5.0;
+            let sample = |(step, force, rate): (f64, [f64; 3], [f64; 3])| {
+                let stamp = time + step * INTERVAL;
+                time = if stamp > time { stamp } else { time };
+                ImuSample::new(stamp, force, rate)
+            };
+            rows.into_iter().map(sample).collect()
+        })
+    }
+
+    /// What the documentation of [`Reasons`] says of a sample, one reason after the other; none for a sample to refuse.
+    fn judged(raw: &ImuSample, previous: Option<&ImuSample>, refused_since: bool, ranges: bool) -> Option<Reasons> {
+        let finite = raw.time.is_finite() && raw.specific_force.iter().chain(&raw.angular_rate).all(|x| x.is_finite());
+        if !finite || previous.is_some_and(|previous| raw.time < previous.time) {
+            return None;
+        }
+        let reaches = |x: f64, range: f64| ranges && x.abs() >= FULL_SCALE_SHARE * range;
+        let clipped = raw.specific_force.iter().any(|&x| reaches(x, ACCEL_RANGE))
+            || raw.angular_rate.iter().any(|&x| reaches(x, GYRO_RANGE));
+        let longest = Config::default().health.gap_intervals * INTERVAL;
+        let mut events = Reasons::empty();
+        events.set(Reasons::CLIPPED, clipped);
+        events.set(Reasons::REFUSED, refused_since);
+        events.set(Reasons::GAP, previous.is_some_and(|previous| raw.time - previous.time > longest));
+        Some(events)
+    }
+
+    proptest! {
+        #[test]
+        fn every_sample_is_judged_by_each_rule(samples in samples(), ranges: bool) {
+            let mut intake = intake(ranges);
+            let (mut previous, mut refused, mut repeated): (Option<&ImuSample>, _, _) = (None, 0, 0);
+            let mut refused_since = false;
+            for raw in &samples {
+                let expected = judged(raw, previous, refused_since, ranges);
+                prop_assert_eq!(intake.check_block(std::slice::from_ref(raw)).is_ok(), expected.is_some());
+                prop_assert_eq!(intake.accept(raw).ok(), expected);
+                refused_since = expected.is_none();
+                refused += u64::from(refused_since);
+                if !refused_since {
+                    repeated += u64::from(previous.is_some_and(|previous| raw.time - previous.time == 0.0));
+                    previous = Some(raw);
+                }
+            }
+            prop_assert_eq!((intake.counters.refused, intake.counters.repeated), (refused, repeated));
+            prop_assert_eq!(intake.counters.samples + refused, samples.len() as u64);
+        }
+    }
+}
