@@ -86,3 +86,94 @@ impl Detector for AdaptiveShoe {
         self.backlog.reset();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::iter;
+
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const RATE: f64 = 100.0;
+    const GRAVITY: f64 = 9.8;
+    const CONFIG: AdaptiveShoeConfig = AdaptiveShoeConfig {
+        window: 0.05,
+        accel_std: 0.02,
+        gyro_std: 8.7e-3,
+        look_behind: 0.11,
+        look_ahead: 0.07,
+        factor: 1.5,
+        floor: 500.0,
+        ceiling: 2.0e5,
+        contrast: 0.4,
+    };
+    /// `CONFIG`'s durations in samples.
+    const HALF: usize = 2;
+    const BEHIND: usize = 11;
+    const AHEAD: usize = 7;
+
+    /// Skog et al. 2010, eq. 15, of the window around sample `k`; NaN where the data do not fill it.
+    fn statistic(samples: &[ImuSample], k: usize) -> f64 {
+        if k < HALF || k + HALF >= samples.len() {
+            return f64::NAN;
+        }
+        let window = &samples[k - HALF..=k + HALF];
+        let gravity = GRAVITY * window.iter().map(|s| s.specific_force).sum::<Vector3<f64>>().normalize();
+        let force = window.iter().map(|s| (s.specific_force - gravity).norm_squared()).sum::<f64>();
+        let rate = window.iter().map(|s| s.angular_rate.norm_squared()).sum::<f64>();
+        (force / CONFIG.accel_std.powi(2) + rate / CONFIG.gyro_std.powi(2)) / 5.0
+    }
+
+    /// Statistic and threshold of sample `k` from all statistics; NaN where there is no statistic.
+    fn judged(statistics: &[f64], k: usize) -> (f64, f64) {
+        let around = &statistics[k.saturating_sub(BEHIND)..(k + AHEAD + 1).min(statistics.len())];
+        let least = around.iter().copied().fold(f64::NAN, f64::min);
+        let greatest = around.iter().copied().fold(f64::NAN, f64::max);
+        let relative = (CONFIG.factor * least).min(CONFIG.contrast * greatest);
+        let threshold = if statistics[k].is_nan() { f64::NAN } else { relative.clamp(CONFIG.floor, CONFIG.ceiling) };
+        (statistics[k], threshold)
+    }
+
+    fn alike(found: f64, expected: f64) -> bool {
+        (found.is_nan() && expected.is_nan()) || (found - expected).abs() <= 1e-9 * (1e5 + expected)
+    }
+
+    /// Feet that swing and stand, of recordings shorter and longer than the detector's latency.
+    fn samples() -> impl Strategy<Value = Vec<ImuSample>> {
+        let vibration = prop_oneof![Just(0.01), Just(0.3), Just(5.0)];
+        let row = (vibration, prop::array::uniform3(-1.0..1.0), prop::array::uniform3(-1.0..1.0));
+        prop::collection::vec(row, 0..60).prop_map(|rows| {
+            let sample = |(scale, force, rate): (f64, [f64; 3], [f64; 3])| ImuSample {
+                time: 0.0,
+                specific_force: Vector3::new(0.0, 0.0, GRAVITY) + scale * Vector3::from(force),
+                angular_rate: scale * Vector3::from(rate),
+            };
+            rows.into_iter().map(sample).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn every_sample_is_decided_by_the_statistics_around_it(samples in samples(), before in samples()) {
+            let mut detector = AdaptiveShoe::new(&CONFIG, RATE, GRAVITY);
+            prop_assert_eq!(detector.latency(), HALF + AHEAD);
+            for sample in &before {
+                detector.push(sample);
+            }
+            detector.reset();
+            let mut decisions: Vec<_> = samples.iter().filter_map(|sample| detector.push(sample)).collect();
+            prop_assert_eq!(decisions.len(), samples.len().saturating_sub(HALF + AHEAD));
+            decisions.extend(iter::from_fn(|| detector.drain()));
+            prop_assert_eq!(decisions.len(), samples.len());
+            let statistics: Vec<f64> = (0..samples.len()).map(|k| statistic(&samples, k)).collect();
+            for (k, found) in decisions.iter().enumerate() {
+                let (statistic, threshold) = judged(&statistics, k);
+                prop_assert!(alike(found.statistic, statistic), "{}: {:?} {}", k, found, statistic);
+                prop_assert!(alike(found.threshold, threshold), "{}: {:?} {}", k, found, threshold);
+                prop_assert_eq!(found.stationary, found.statistic <= found.threshold);
+            }
+        }
+    }
+}
