@@ -10,7 +10,7 @@ use crate::gait::Stride;
 use crate::health::Health;
 use crate::navigator::Navigator;
 use crate::sample::{ImuSample, MagSample};
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Chunk, Trajectory};
 use crate::watch::{STRETCH, unwatched};
 
 /// Tracks a recording that is handed over in blocks, and refines it as a whole once all of it is there.
@@ -21,6 +21,7 @@ pub struct Batch {
     /// Axis of the sensor that headings belong to.
     forward: Vector3<f64>,
     trajectory: Trajectory,
+    newest: Chunk,
     /// Velocity of each row without what its stance tells; kept for a correction.
     unaided: Vec<Vector3<f64>>,
 }
@@ -49,6 +50,7 @@ impl Batch {
             refines: config.refines(),
             forward: config.alignment.forward_axis.vector(),
             trajectory: Trajectory::default(),
+            newest: Chunk::default(),
             unaided: Vec::new(),
         }
     }
@@ -99,10 +101,11 @@ impl Batch {
         }
         while self.navigator.drain()?.is_some() {
             self.keep_latest();
-            if self.trajectory.len().is_multiple_of(STRETCH) {
+            if self.rows().is_multiple_of(STRETCH) {
                 watch()?;
             }
         }
+        self.newest.hand_over(&mut self.trajectory);
         self.navigator.check_aligned().map_err(Error::from)?;
         let health = self.navigator.health_of_walk();
         if self.refines && health.counters.updates.zero_velocity == 0 {
@@ -121,8 +124,14 @@ impl Batch {
         self.navigator.take_strides().into_iter().map(between).filter(Stride::goes_somewhere).collect()
     }
 
+    fn rows(&self) -> usize {
+        self.trajectory.len() + self.newest.len()
+    }
+
     fn keep_latest(&mut self) {
-        self.trajectory.extend(self.navigator.latest());
+        if let Some(solution) = self.navigator.latest() {
+            self.newest.push(solution, &mut self.trajectory);
+        }
         if self.correction != CorrectionKind::None {
             self.unaided.push(self.navigator.unaided_velocity());
         }

@@ -10,6 +10,10 @@ use crate::navigator::Solution;
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 
+mod chunk;
+
+pub(crate) use chunk::Chunk;
+
 /// A run of solutions, one row per sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
