@@ -52,6 +52,8 @@ impl AdaptiveShoe {
     }
 
     /// Takes the next statistic; decides about the one that has come to the middle, if a sample stands behind it.
+    #[expect(clippy::inline_always, reason = "small beside a call, once for every sample")]
+    #[inline(always)]
     fn take_in(&mut self, statistic: f64) -> Option<Decision> {
         let around = self.around.push(statistic);
         let statistic = self.delay.push(statistic);

@@ -38,7 +38,8 @@ impl ShoeStatistic {
     }
 
     /// The statistic of the sample half a window back; NaN while the window is not full.
-    #[inline]
+    #[expect(clippy::inline_always, reason = "small beside a call, and two detectors call it for every sample")]
+    #[inline(always)]
     pub(super) fn push(&mut self, sample: &ImuSample) -> f64 {
         let (f, rate_squared) = (&sample.specific_force, sample.angular_rate.norm_squared());
         let &[x, y, z, force, rate] = self.window.push([f.x, f.y, f.z, f.norm_squared(), rate_squared]);
