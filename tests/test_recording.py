@@ -90,6 +90,8 @@ def test_pickles_to_the_same_samples():
     np.testing.assert_array_equal(copy.accel, recording.accel)
     np.testing.assert_array_equal(copy.pressure, recording.pressure)
     assert copy.accel_range == 156.9
+    assert copy.rate_hz == recording.rate_hz
+    assert not copy.gyro.flags.writeable
 
 
 @pytest.mark.parametrize(

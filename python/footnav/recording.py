@@ -1,8 +1,9 @@
 """One recording of an IMU on a shoe, in SI units, checked once when it is made."""
 
+import dataclasses
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
 
@@ -52,6 +53,11 @@ class Recording:
     accel_range, gyro_range : float, optional
         Full scale of the sensors, m/s^2 and rad/s; lets clipping be told from a peak.
 
+    Attributes
+    ----------
+    rate_hz : float
+        Sampling rate, Hz: one over the median of the intervals that are longer than zero.
+
     Raises
     ------
     DataError
@@ -70,6 +76,7 @@ class Recording:
     name: str
     accel_range: float | None
     gyro_range: float | None
+    rate_hz: float = field(init=False)
 
     def __init__(
         self,
@@ -92,9 +99,15 @@ class Recording:
             fields |= {"gyro_range": _full_scale("gyro_range", gyro_range)}
             for label, value in fields.items():
                 object.__setattr__(self, label, value)
-            _check(self)
+            _check_channels(self)
+            object.__setattr__(self, "rate_hz", 1.0 / _checked_interval(self.t))
+            _check_units(self)
         except (DataError, ConfigError) as error:
             raise type(error)(f"{name}: {error}" if name else str(error)) from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by way of the constructor, so that the arrays stay read-only."""
+        return _rebuild, ({f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init},)
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -109,11 +122,6 @@ class Recording:
     def duration(self) -> float:
         """Time from the first to the last sample, s."""
         return float(self.t[-1] - self.t[0])
-
-    @property
-    def rate_hz(self) -> float:
-        """Sampling rate, Hz: one over the median of the intervals that are longer than zero."""
-        return 1.0 / _median_interval(self.t)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the recording to a ``.csv`` or ``.npz`` file, which `footnav.read` gives back to the bit.
@@ -207,6 +215,10 @@ def quiet_level(accel: Floats, rate_hz: float) -> float:
     return float(np.linalg.norm(windows[quietest].mean(axis=0)))
 
 
+def _rebuild(fields: dict[str, Any]) -> Recording:
+    return Recording(**fields)
+
+
 def _full_scale(label: str, value: object) -> float | None:
     if value is None:
         return None
@@ -217,10 +229,12 @@ def _full_scale(label: str, value: object) -> float | None:
     return float(value)
 
 
-def _check(recording: Recording) -> None:
+def _check_channels(recording: Recording) -> None:
     _check_shapes(recording)
     _check_finite(recording)
-    _check_time(recording.t)
+
+
+def _check_units(recording: Recording) -> None:
     _check_accel_unit(recording.accel, recording.rate_hz)
     _check_gyro_unit(recording.gyro)
     _check_range("accel_range", "m/s^2", recording.accel, recording.accel_range)
@@ -260,8 +274,10 @@ def _check_finite(recording: Recording) -> None:
         )
 
 
-def _check_time(t: Floats) -> None:
-    back = np.flatnonzero(np.diff(t) < 0)
+def _checked_interval(t: Floats) -> float:
+    """Return the median of the intervals that are longer than zero, if the stamps are in order and in seconds."""
+    intervals = np.diff(t)
+    back = np.flatnonzero(intervals < 0)
     if back.size:
         row = int(back[0]) + 1
         raise DataError(
@@ -270,7 +286,7 @@ def _check_time(t: Floats) -> None:
         )
     if t[0] == t[-1]:
         raise DataError(f"all {len(t)} stamps are {t[0]} s; make stamps from the sampling rate (rate_hz)")
-    interval = _median_interval(t)
+    interval = float(np.median(intervals[intervals > 0]))
     if interval > MAX_INTERVAL:
         unit = "ms" if interval < 100 else "us" if interval < 1e5 else "ns"
         raise DataError(f'the stamps are {interval:g} s apart, so not in seconds; read them with t_unit="{unit}"')
@@ -279,11 +295,7 @@ def _check_time(t: Floats) -> None:
             f"the stamps are {interval:g} s apart, so not in seconds; "
             'read them with the unit that they have: t_unit="s", "ms" or "us"'
         )
-
-
-def _median_interval(t: Floats) -> float:
-    intervals = np.diff(t)
-    return float(np.median(intervals[intervals > 0]))
+    return interval
 
 
 def _check_accel_unit(accel: Floats, rate_hz: float) -> None:
