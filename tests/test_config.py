@@ -92,6 +92,14 @@ def test_nested_replace_leaves_the_original_alone():
     assert changed.replace(alignment=config.alignment) == config == Config()
 
 
+def test_replaced_settings_reach_the_core():
+    config = Config()
+    assert b'"gyro_range": null' in config.to_json()
+    changed = config.replace(sensor=config.sensor.replace(gyro_range=30.0))
+    assert b'"gyro_range": 30.0' in changed.to_json()
+    assert b'"gyro_range": null' in config.to_json()
+
+
 def test_replace_checks_the_values_again():
     with pytest.raises(ConfigError, match=r"filter\.rest_rate = -1"):
         Config().replace(filter=Config().filter.replace(rest_rate=-1.0))

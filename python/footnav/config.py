@@ -6,6 +6,7 @@ degrees where the name ends in ``_deg``.
 
 from __future__ import annotations
 
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -318,7 +319,7 @@ class Output(Section, frozen=True, kw_only=True):
     strides: bool = False
 
 
-class Config(Section, frozen=True, kw_only=True):
+class Config(Section, frozen=True, kw_only=True, dict=True):
     """All settings; immutable.
 
     Attributes
@@ -410,11 +411,19 @@ class Config(Section, frozen=True, kw_only=True):
 
     def to_json(self) -> bytes:
         """Return the settings as the core reads them."""
+        return self._json
+
+    @cached_property
+    def _json(self) -> bytes:
         return encode(self)
 
     def save(self, path: str | Path) -> None:
         """Write all settings as TOML; the file is the old one or the whole new one."""
         save_settings(self, path)
+
+
+DEFAULTS = Config()
+"""The settings that need no tuning."""
 
 
 def load_config(path: str | Path) -> Config:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from footnav._core import __version__
-from footnav.config import Config
+from footnav.config import DEFAULTS, Config
 from footnav.errors import DataError
 from footnav.io import read
 from footnav.recording import Recording
@@ -122,7 +122,7 @@ def track_many(
     >>> for outcome in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
     ...     print(outcome.name, outcome.error or outcome.trajectory.summary())
     """
-    job = Job(config or Config(), reader, _made(folder))
+    job = Job(config or DEFAULTS, reader, _made(folder))
     if executor is not None:
         yield from _outcomes(recordings, job, executor, ordered)
         return

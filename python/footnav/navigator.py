@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from footnav import _core
-from footnav.config import Config
+from footnav.config import DEFAULTS, Config
 from footnav.errors import DataError
 from footnav.health import Health
 from footnav.recording import to_floats
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from footnav.stance import StanceDetector
+
+_FLOAT = np.dtype(np.float64)
+"""The type of number that needs no conversion; to compare with ``np.float64`` is to make it anew."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,13 +104,13 @@ class Navigator(_core.Navigator):
         cls, config: Config | None = None, rate_hz: float = 200.0, *, detector: StanceDetector | None = None
     ) -> Self:
         """Build the core's navigator."""
-        return super().__new__(cls, (config or Config()).to_json(), rate_hz, detector)
+        return super().__new__(cls, (config or DEFAULTS).to_json(), rate_hz, detector)
 
     def __init__(
         self, config: Config | None = None, rate_hz: float = 200.0, *, detector: StanceDetector | None = None
     ) -> None:
         """Remember the settings."""
-        self.config = config or Config()
+        self.config = config or DEFAULTS
         self.rate_hz = rate_hz
         self._placed = placed(self.config)
 
@@ -212,7 +215,7 @@ def placed(config: Config) -> dict[str, Any]:
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
     """Return what was given as an array of floats, or say what is wrong with it."""
-    if type(values) is np.ndarray and values.dtype == np.float64 and values.ndim == dimensions:
+    if type(values) is np.ndarray and values.dtype == _FLOAT and values.ndim == dimensions:
         return values
     array = to_floats(name, values)
     if array.ndim != dimensions:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footnav import _core
-from footnav.config import Config
+from footnav.config import DEFAULTS, Config
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
 from footnav.health import Health, Reason
 from footnav.navigator import placed
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 BLOCK = 20_000
 """Samples between two looks at the keyboard and two reports of progress."""
-
-
-_DEFAULTS = Config()
 
 
 def track(
@@ -77,7 +74,7 @@ def track(
         Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
     """
     trajectory = track_quietly(
-        recording, config or _DEFAULTS, stationary=stationary, detector=detector, progress=progress
+        recording, config or DEFAULTS, stationary=stationary, detector=detector, progress=progress
     )
     if trajectory.health is not None:
         _warn(recording.name, trajectory.health)
