@@ -61,14 +61,19 @@ impl Batch {
     /// As [`Navigator::push_block`].
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<(), Error> {
         self.navigator.check_block(block)?;
-        self.trajectory.reserve(block.len());
-        self.navigator.reserve(block.len());
+        self.reserve(block.len());
         for raw in block {
             if self.navigator.advance_checked(raw)? {
                 self.keep_latest();
             }
         }
         Ok(())
+    }
+
+    /// Makes room for more samples.
+    pub(crate) fn reserve(&mut self, samples: usize) {
+        self.trajectory.reserve(samples);
+        self.navigator.reserve(samples);
     }
 
     /// Takes a reading of the magnetometer: see [`Navigator::push_field`].

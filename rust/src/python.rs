@@ -9,11 +9,12 @@ use serde::de::DeserializeOwned;
 use crate::config::{AdaptiveShoeConfig, Config, DetectorConfig, PRESETS};
 use crate::detector::{configured, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
+use crate::python::block::rows;
 use crate::python::detector::PyDetector;
-use crate::sample::{ImuSample, MagSample};
 
 mod allan;
 mod batch;
+mod block;
 mod calibration;
 mod detector;
 mod exclusive;
@@ -41,9 +42,6 @@ impl From<CoreConfigError> for PyErr {
         ConfigError::new_err(error.to_string())
     }
 }
-
-/// Columns of a block of samples, as `NumPy` hands them over.
-type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -155,42 +153,6 @@ fn from_json<T: DeserializeOwned>(text: &[u8]) -> PyResult<T> {
     let mut json = serde_json::Deserializer::from_slice(text);
     serde_path_to_error::deserialize(&mut json)
         .map_err(|error| ConfigError::new_err(format!("{}: {}", error.path(), error.inner())))
-}
-
-/// Copies a block of samples out of `NumPy`'s memory, so that the interpreter can be released while it is worked on.
-fn rows((t, accel, gyro): &Columns<'_>) -> PyResult<Vec<ImuSample>> {
-    let (t, accel, gyro) = (t.as_array(), accel.as_array(), gyro.as_array());
-    let shape = [t.len(), 3];
-    if accel.shape() != shape || gyro.shape() != shape {
-        return Err(DataError::new_err(format!(
-            "{} stamps need accel and gyro of shape ({}, 3); got {:?} and {:?}",
-            t.len(),
-            t.len(),
-            accel.shape(),
-            gyro.shape()
-        )));
-    }
-    if let (Some(t), Some(accel), Some(gyro)) = (t.as_slice(), accel.as_slice(), gyro.as_slice()) {
-        let vectors = accel.as_chunks::<3>().0.iter().zip(gyro.as_chunks::<3>().0);
-        return Ok(t.iter().zip(vectors).map(|(&t, (&accel, &gyro))| ImuSample::new(t, accel, gyro)).collect());
-    }
-    let row = |k: usize| {
-        let at = |m: &numpy::ndarray::ArrayView2<'_, f64>| [m[(k, 0)], m[(k, 1)], m[(k, 2)]];
-        ImuSample::new(t[k], at(&accel), at(&gyro))
-    };
-    Ok((0..t.len()).map(row).collect())
-}
-
-/// The readings of a magnetometer beside a block of samples; none where a row is NaN.
-fn fields(samples: &[ImuSample], mag: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<MagSample>> {
-    let mag = mag.as_array();
-    let (n, shape) = (samples.len(), mag.shape());
-    if shape != [n, 3] {
-        return Err(DataError::new_err(format!("{n} stamps need mag of shape ({n}, 3); got {shape:?}")));
-    }
-    let rows = samples.iter().zip(mag.rows()).map(|(sample, row)| (sample.time, [row[0], row[1], row[2]]));
-    let read = rows.filter(|(_, field)| !field.iter().all(|component| component.is_nan()));
-    Ok(read.map(|(t, field)| MagSample::new(t, field)).collect::<Result<_, _>>().map_err(Error::from)?)
 }
 
 /// An (n, N) array that takes over the memory of `rows`.

@@ -7,11 +7,16 @@ use pyo3::types::PyDict;
 use crate::batch::Batch;
 use crate::config::Config;
 use crate::detector::{Detector, Given};
+use crate::error::Error;
+use crate::python::block::Block;
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
-use crate::python::{DataError, fields, from_json, rows};
+use crate::python::{DataError, from_json};
+
+/// Samples that are copied out of `NumPy`'s memory at once, so that the copy stays near the processor.
+const PART: usize = 500;
 
 /// A recording on its way through the core; `footnav.track` dresses its columns as a trajectory.
 #[pyclass(frozen, name = "Batch", module = "footnav._core")]
@@ -50,6 +55,7 @@ impl PyBatch {
         Ok(Self { inner: Exclusive::new(Some(inner)), failure, strides })
     }
 
+    /// Reads the arrays while the interpreter is left to others: they are a recording's, which nobody writes to.
     #[pyo3(signature = (t, accel, gyro, mag=None))]
     fn push_block(
         &self,
@@ -59,12 +65,13 @@ impl PyBatch {
         gyro: PyReadonlyArray2<'_, f64>,
         mag: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<()> {
-        let samples = rows(&(t, accel, gyro))?;
-        let fields = mag.map(|mag| fields(&samples, &mag)).transpose()?;
+        let columns = (t, accel, gyro);
+        let block = Block::of(&columns)?;
+        let fields = mag.map(|mag| block.fields(&mag)).transpose()?;
         let mut inner = self.inner.lock()?;
         let batch = (**inner).as_mut().ok_or_else(finished)?;
         fields.iter().flatten().for_each(|reading| batch.push_field(reading));
-        let pushed = py.detach(|| batch.push_block(&samples));
+        let pushed = py.detach(|| push_in_parts(batch, &block));
         self.check(py)?;
         Ok(pushed?)
     }
@@ -94,6 +101,17 @@ impl PyBatch {
     fn check(&self, py: Python<'_>) -> PyResult<()> {
         self.failure.as_ref().map_or(Ok(()), |failure| failure.check(py))
     }
+}
+
+fn push_in_parts(batch: &mut Batch, block: &Block<'_>) -> Result<(), Error> {
+    batch.reserve(block.len());
+    let mut samples = Vec::with_capacity(PART);
+    for start in (0..block.len()).step_by(PART) {
+        samples.clear();
+        block.part(start..block.len().min(start + PART)).copy_to(&mut samples);
+        batch.push_block(&samples)?;
+    }
+    Ok(())
 }
 
 fn finished() -> PyErr {

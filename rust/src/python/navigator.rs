@@ -10,10 +10,11 @@ use crate::error::Error;
 use crate::filter::states::STATES;
 use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
+use crate::python::block::{Block, rows};
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
-use crate::python::{fields, from_json, matrix, rows};
+use crate::python::{from_json, matrix};
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
@@ -89,11 +90,12 @@ impl PyNavigator {
         mag: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<PyColumns> {
         self.check(py)?;
-        let samples = rows(&(t, accel, gyro))?;
+        let columns = (t, accel, gyro);
+        let samples = rows(&columns)?;
         let navigator = &mut **self.inner.lock()?;
         if let Some(mag) = mag {
             navigator.check_block(&samples)?;
-            fields(&samples, &mag)?.iter().for_each(|reading| navigator.push_field(reading));
+            Block::of(&columns)?.fields(&mag)?.iter().for_each(|reading| navigator.push_field(reading));
         } else {
             navigator.check_field().map_err(Error::from)?;
         }

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::python::{ConfigError, from_json, keyboard, matrix, rows, to_json};
+use crate::python::block::rows;
+use crate::python::{ConfigError, from_json, keyboard, matrix, to_json};
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
 /// All that a simulation needs.
