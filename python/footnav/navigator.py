@@ -142,9 +142,9 @@ class Navigator(_core.Navigator):
         NumericalError
             The filter cannot go on; :meth:`reset` begins anew.
         """
-        columns = (_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2))
         field = None if mag is None else _floats("mag", mag, 2)
-        return Trajectory.of_block(self._push_columns(*columns, field), self._placed)
+        found = self._push_columns(_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field)
+        return Trajectory.of_block(found, self._placed)
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.

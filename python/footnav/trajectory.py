@@ -1,7 +1,7 @@
 """The track of the shoe and its summary."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
@@ -171,6 +171,10 @@ class _OfBlock:
         return value
 
 
+_set_found: Callable[["Trajectory", tuple[_core.Columns, dict[str, Any]]], None] = vars(_OfBlock)["_found"].__set__
+"""Sets it although a track is frozen; `object.__setattr__` would look for its name first, at each block."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trajectory(_OfBlock):
     """States of the shoe, one row for each sample; n may be zero.
@@ -286,7 +290,7 @@ class Trajectory(_OfBlock):
             Read-only.
         """
         track = object.__new__(cls)
-        object.__setattr__(track, "_found", (columns, known))
+        _set_found(track, (columns, known))
         return track
 
     def __reduce__(self) -> tuple[Any, ...]:
