@@ -6,6 +6,7 @@ import json
 import math
 import threading
 from collections.abc import Iterable
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import msgspec
@@ -88,7 +89,7 @@ def _refuse_non_finite(value: Any, name: str) -> None:
 
 def refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], prefix: str) -> None:
     """Raise for the first key that `section` does not have, naming the nearest one that it has."""
-    types = get_type_hints(section)
+    types = _types(section)
     tag_field = section.__struct_config__.tag_field
     for key, value in settings.items():
         if key == tag_field:
@@ -98,6 +99,12 @@ def refuse_unknown(section: type[msgspec.Struct], settings: dict[str, Any], pref
         inner = _section_for(types[key], value, prefix + key)
         if inner is not None:
             refuse_unknown(inner, value, f"{prefix}{key}.")
+
+
+@cache
+def _types(section: type[msgspec.Struct]) -> dict[str, Any]:
+    """Return the types of the settings; to find them takes longer than to check all values."""
+    return get_type_hints(section)
 
 
 def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] | None:
