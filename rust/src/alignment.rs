@@ -190,7 +190,7 @@ impl Alignment {
     }
 
     fn is_rest(&self) -> bool {
-        self.rest_time >= SHORTEST_REST - 0.5 * BLOCK
+        self.rest.count > 0.0 && self.rest_time >= SHORTEST_REST.min(self.config.duration) - 0.5 * BLOCK
     }
 
     fn rests(&self, block: &Means) -> bool {
@@ -413,6 +413,15 @@ mod tests {
         fn arcsines_agree_with_arctangents_near_upright(x in -1.2..1.2, y in -1.2..1.2) {
             let force = UnitQuaternion::from_euler_angles(x, y, 0.0).inverse() * Vector3::new(0.0, 0.0, 10.1);
             prop_assert!(level_by_arcsine(&force).angle_to(&level_by_arctangent(&force)) < 1e-7);
+        }
+    }
+
+    #[test]
+    fn a_rest_may_be_asked_for_that_is_shorter_than_one_is_otherwise() {
+        for duration in [0.001, 0.05, 0.1, 0.15] {
+            let still = UnitQuaternion::from_euler_angles(0.3, -0.2, 0.0);
+            let aligned = align(AlignmentConfig { duration, ..config() }, |k| rest(&still, k)).unwrap();
+            assert!(aligned.at_rest && aligned.attitude.angle_to(&still) < 1e-7, "{duration}: {aligned:?}");
         }
     }
 
