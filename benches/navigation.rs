@@ -78,7 +78,8 @@ fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
     for block in Block::ALL {
         p.add_variance(block, 0.01);
     }
-    let step = Step { dt: 1.0 / RATE, specific_force: Vector3::new(1.0, 2.0, 9.8), attitude: Matrix3::identity() };
+    let step =
+        Step { dt: 1.0 / RATE, specific_velocity: Vector3::new(1.0, 2.0, 9.8) / RATE, attitude: Matrix3::identity() };
     let transition = Transition::new(&step, &Vector3::zeros());
     let noise = Noise { position: 1e-9, velocity: 1e-5, attitude: 1e-7, gyro_bias: 1e-10, accel_bias: 1e-8 };
     for _ in 0..5 {

@@ -57,7 +57,7 @@ impl DenseFilter {
         for i in POSITION..VELOCITY {
             self.covariance[(i, i)] += self.strayed;
         }
-        if decision.stationary && step.specific_force.z > 0.0 {
+        if decision.stationary && step.specific_velocity.z > 0.0 {
             self.observe_rest(config.filter.zero_velocity_std.powi(2));
             (self.gone_for, self.strayed) = (0.0, 0.0);
         } else {
@@ -101,7 +101,7 @@ fn transition(step: &Step) -> Dense {
         shear
     };
     let half = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(0.5 * step.dt));
-    let tilt = shear(VELOCITY, ATTITUDE, -step.dt * cross_matrix(&step.specific_force));
+    let tilt = shear(VELOCITY, ATTITUDE, -cross_matrix(&step.specific_velocity));
     let accel_bias = shear(VELOCITY, ACCEL_BIAS, -step.dt * step.attitude);
     let gyro_bias = shear(ATTITUDE, GYRO_BIAS, -step.dt * step.attitude);
     gyro_bias * half * accel_bias * tilt * half

@@ -20,10 +20,39 @@ pub struct Batch {
     refines: bool,
     /// Axis of the sensor that headings belong to.
     forward: Vector3<f64>,
+    kept: Kept,
+}
+
+/// What is kept of the solutions that came out.
+#[derive(Default)]
+struct Kept {
     trajectory: Trajectory,
     newest: Chunk,
-    /// Velocity of each row without what its stance tells; kept for a correction.
-    unaided: Vec<Vector3<f64>>,
+    /// Velocity of each row without what its stance tells, for a correction.
+    unaided: Option<Vec<Vector3<f64>>>,
+}
+
+impl Kept {
+    /// Makes room for more solutions.
+    fn reserve(&mut self, solutions: usize) {
+        self.trajectory.reserve(solutions);
+        self.unaided.iter_mut().for_each(|unaided| unaided.reserve(solutions));
+    }
+
+    /// Takes the navigator's newest solution.
+    #[inline]
+    fn take(&mut self, navigator: &Navigator) {
+        if let Some(solution) = navigator.latest() {
+            self.newest.push(solution, &mut self.trajectory);
+        }
+        if let Some(unaided) = &mut self.unaided {
+            unaided.push(navigator.unaided_velocity());
+        }
+    }
+
+    fn rows(&self) -> usize {
+        self.trajectory.len() + self.newest.len()
+    }
 }
 
 impl Batch {
@@ -44,14 +73,13 @@ impl Batch {
     }
 
     fn of(config: &Config, navigator: Navigator) -> Self {
+        let unaided = (config.correction.kind != CorrectionKind::None).then(Vec::new);
         Self {
             navigator,
             correction: config.correction.kind,
             refines: config.refines(),
             forward: config.alignment.forward_axis.vector(),
-            trajectory: Trajectory::default(),
-            newest: Chunk::default(),
-            unaided: Vec::new(),
+            kept: Kept { unaided, ..Kept::default() },
         }
     }
 
@@ -60,19 +88,13 @@ impl Batch {
     /// # Errors
     /// As [`Navigator::push_block`].
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<(), Error> {
-        self.navigator.check_block(block)?;
         self.reserve(block.len());
-        for raw in block {
-            if self.navigator.advance_checked(raw)? {
-                self.keep_latest();
-            }
-        }
-        Ok(())
+        self.navigator.follow(block, |navigator| self.kept.take(navigator))
     }
 
     /// Makes room for more samples.
     pub(crate) fn reserve(&mut self, samples: usize) {
-        self.trajectory.reserve(samples);
+        self.kept.reserve(samples);
         self.navigator.reserve(samples);
     }
 
@@ -105,40 +127,28 @@ impl Batch {
             watch()?;
         }
         while self.navigator.drain()?.is_some() {
-            self.keep_latest();
-            if self.rows().is_multiple_of(STRETCH) {
+            self.kept.take(&self.navigator);
+            if self.kept.rows().is_multiple_of(STRETCH) {
                 watch()?;
             }
         }
-        self.newest.hand_over(&mut self.trajectory);
         self.navigator.check_aligned().map_err(Error::from)?;
         let health = self.navigator.health_of_walk();
         if self.refines && health.counters.updates.zero_velocity == 0 {
             return Err(Error::from(DataError::NoStance { samples: health.counters.samples }).into());
         }
-        correction::correct(self.correction, &mut self.trajectory, &self.unaided);
+        let Kept { trajectory, newest, unaided } = &mut self.kept;
+        newest.hand_over(trajectory);
+        correction::correct(self.correction, trajectory, unaided.as_deref().unwrap_or_default());
         let strides = self.strides();
-        Ok((self.trajectory, health, strides))
+        Ok((self.kept.trajectory, health, strides))
     }
 
     /// The strides between the rows as they are in the end.
     fn strides(&mut self) -> Vec<Stride> {
-        let state = |row: usize| self.trajectory.state(row);
+        let state = |row: usize| self.kept.trajectory.state(row);
         let between =
             |found: Stride| found.measured_again(&state(found.start_row), &state(found.end_row), &self.forward);
         self.navigator.take_strides().into_iter().map(between).filter(Stride::goes_somewhere).collect()
-    }
-
-    fn rows(&self) -> usize {
-        self.trajectory.len() + self.newest.len()
-    }
-
-    fn keep_latest(&mut self) {
-        if let Some(solution) = self.navigator.latest() {
-            self.newest.push(solution, &mut self.trajectory);
-        }
-        if self.correction != CorrectionKind::None {
-            self.unaided.push(self.navigator.unaided_velocity());
-        }
     }
 }

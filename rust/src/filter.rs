@@ -19,24 +19,20 @@ use nalgebra::{Matrix3, Vector3};
 use crate::alignment::Aligned;
 use crate::config::Config;
 use crate::error::NumericalError;
-use crate::rotation;
+use crate::lanes::{Baseline, Lanes};
+use crate::rotation::fused;
 use crate::sample::ImuSample;
 use crate::strapdown::{NavState, Step};
 
 mod accelerometer_attitude;
-#[expect(clippy::inline_always, reason = "as the blocks")]
 #[expect(clippy::many_single_char_names, reason = "as the blocks")]
 mod backward_kernel;
-#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
 #[expect(clippy::many_single_char_names, reason = "rows of blocks")]
 mod blocks;
 pub(crate) mod cloned;
 pub mod covariance;
 pub(crate) mod journal;
-#[expect(clippy::inline_always, reason = "as the blocks")]
 mod kernel;
-#[expect(clippy::inline_always, reason = "as the blocks")]
-mod lanes;
 pub mod observation;
 pub mod states;
 pub mod transition;
@@ -61,10 +57,17 @@ pub struct Estimate {
 impl Estimate {
     /// Adds estimated errors: the feedback.
     pub(crate) fn correct(&mut self, errors: &ErrorStates) {
+        self.correct_on::<Baseline>(errors);
+    }
+
+    /// The same on the lanes that the caller is compiled for.
+    #[inline(always)]
+    fn correct_on<L: Lanes>(&mut self, errors: &ErrorStates) {
         let ErrorStates([position, velocity, attitude, gyro_bias, accel_bias]) = errors;
         self.nav.position += position;
         self.nav.velocity += velocity;
-        self.nav.attitude = rotation::renormalize(rotation::exp(attitude) * self.nav.attitude);
+        let turned = fused::product::<L>(&fused::exp::<L>(attitude), &self.nav.attitude);
+        self.nav.attitude = fused::renormalize::<L>(&turned);
         self.gyro_bias += gyro_bias;
         self.accel_bias += accel_bias;
     }
@@ -160,8 +163,8 @@ impl ErrorStateFilter {
     /// Carries the covariance over one step of the mechanization.
     ///
     /// `bridged` is the part of the step that no sample speaks for, s; `strayed` is a variance that the position gains beside it, m².
-    #[inline]
-    pub(crate) fn predict(
+    #[inline(always)]
+    pub(crate) fn predict<L: Lanes>(
         &mut self,
         step: &Step,
         clipped: bool,
@@ -173,7 +176,7 @@ impl ErrorStateFilter {
         let motion = if clipped { self.clipped_factor * step.dt } else { step.dt };
         let noise = Noise { position: strayed, ..self.noise.over(motion, step.dt) };
         journal.transition(&transition, &noise);
-        self.covariance.predict(&transition, &noise);
+        self.covariance.predict_on::<L>(&transition, &noise);
         if bridged > 0.0 {
             self.doubt_bridge(bridged, journal);
         }
@@ -219,8 +222,8 @@ impl ErrorStateFilter {
     /// Zero-velocity update: the velocity is that of a foot on the ground, zero but for its rolling (n, m/s), up to a `variance` (m²/s²) on each axis.
     ///
     /// `insist` is for a foot that stands although the innovation test says otherwise: the velocity is then doubted by as much as it was found to be wrong.
-    #[inline]
-    pub(crate) fn zero_velocity(
+    #[inline(always)]
+    pub(crate) fn zero_velocity<L: Lanes>(
         &mut self,
         rolling: &Vector3<f64>,
         variance: f64,
@@ -231,15 +234,20 @@ impl ErrorStateFilter {
         if insist {
             self.doubt(Block::Velocity, innovation.norm_squared(), journal);
         }
-        self.observe(Block::Velocity, &innovation, variance, journal)
+        self.observe::<L>(Block::Velocity, &innovation, variance, journal)
     }
 
     /// Zero-angular-rate update: the foot turns with the Earth alone, up to `std` (rad/s); the rest of what the gyroscope reads is its bias.
-    #[inline]
-    pub(crate) fn zero_angular_rate(&mut self, sample: &ImuSample, std: f64, journal: &mut impl Journal) -> Update {
+    #[inline(always)]
+    pub(crate) fn zero_angular_rate<L: Lanes>(
+        &mut self,
+        sample: &ImuSample,
+        std: f64,
+        journal: &mut impl Journal,
+    ) -> Update {
         let earth_rate = self.estimate.nav.attitude.inverse() * self.earth_rate;
         let innovation = sample.angular_rate - earth_rate - self.estimate.gyro_bias;
-        self.observe(Block::GyroBias, &innovation, std * std, journal)
+        self.observe::<L>(Block::GyroBias, &innovation, std * std, journal)
     }
 
     /// Magnitude of the specific force less gravity, m/s².
@@ -328,18 +336,21 @@ impl ErrorStateFilter {
         journal.tie(m);
     }
 
-    #[inline]
-    fn observe(
+    #[inline(always)]
+    fn observe<L: Lanes>(
         &mut self,
         block: Block,
         innovation: &Vector3<f64>,
         variance: f64,
         journal: &mut impl Journal,
     ) -> Update {
-        self.covariance.observe_with(block, innovation, variance, self.gate, |observation, errors| {
+        let mut used = None;
+        let update = self.covariance.observe_on::<L>(block, innovation, variance, self.gate, &mut used);
+        if let Some(observation) = &used {
             journal.observation(observation);
-            self.estimate.correct(errors);
-        })
+            self.estimate.correct_on::<L>(&observation.errors());
+        }
+        update
     }
 
     /// One-sigma position uncertainty in n, m.
@@ -354,6 +365,19 @@ impl ErrorStateFilter {
     pub fn tilt_std(&self) -> f64 {
         let attitude = self.covariance.diagonal(Block::Attitude);
         attitude.x.max(attitude.y).max(0.0).sqrt()
+    }
+
+    /// Checks that the state is finite and every variance positive, of an estimate that nothing was observed of since the last check.
+    ///
+    /// A prediction takes nothing off a variance, and one that is not finite is at once in the position's.
+    ///
+    /// # Errors
+    /// As [`ErrorStateFilter::check`].
+    #[inline]
+    pub(crate) fn check_prediction(&self) -> Result<(), NumericalError> {
+        let [x, y, z] = self.covariance.diagonal(Block::Position).into();
+        let positive = x > 0.0 && y > 0.0 && z > 0.0;
+        if positive && (x + y + z + self.estimate.nav.sum()).is_finite() { Ok(()) } else { self.check() }
     }
 
     /// Checks that the state is finite and every variance positive.

@@ -10,11 +10,15 @@ mod correction;
 pub mod detector;
 pub mod earth;
 pub mod error;
+#[expect(clippy::inline_always, reason = "as the lanes")]
 pub mod filter;
 pub mod gait;
 pub mod health;
 mod intake;
+#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
+mod lanes;
 mod limits;
+#[expect(clippy::inline_always, reason = "as the lanes")]
 pub mod navigator;
 #[cfg(feature = "python")]
 mod python;
@@ -22,6 +26,7 @@ pub mod rotation;
 pub mod sample;
 pub mod simulation;
 mod smoother;
+#[expect(clippy::inline_always, reason = "as the lanes")]
 pub mod strapdown;
 pub mod trajectory;
 mod watch;

@@ -16,6 +16,7 @@ use crate::filter::{ErrorStateFilter, Estimate, STANDING_STD};
 use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
+use crate::lanes::{Lanes, dispatch};
 use crate::sample::{ImuSample, MagSample};
 use crate::smoother::Smoother;
 use crate::strapdown::{NavState, Strapdown};
@@ -23,15 +24,18 @@ use crate::trajectory::Trajectory;
 
 mod compass;
 mod footing;
+mod interval;
 mod levelling;
 mod rolling;
 mod scale;
 mod walk;
+mod work;
 
 use compass::Compass;
 use levelling::Levelling;
 use scale::ScaleErrors;
 use walk::{Finding, Setting, Walk};
+use work::{Advance, Follow, Release, SolveAtStart, SolveWithJournal};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
 const SLOWEST_RATE: f64 = 20.0;
@@ -73,7 +77,8 @@ pub struct Navigator {
     /// All that spoke against a solution since the start was aligned.
     reasons_so_far: Reasons,
     first_time: Option<f64>,
-    newest: Option<ImuSample>,
+    /// The newest sample, once none waits.
+    last_released: Option<ImuSample>,
     ended: bool,
     failure: Option<Error>,
 }
@@ -157,7 +162,7 @@ impl Navigator {
             latest: None,
             reasons_so_far: Reasons::empty(),
             first_time: None,
-            newest: None,
+            last_released: None,
             ended: false,
             failure: None,
             config,
@@ -181,26 +186,25 @@ impl Navigator {
     /// As [`Navigator::push`].
     #[inline]
     pub fn advance(&mut self, raw: &ImuSample) -> Result<bool, Error> {
-        self.check_running()?;
-        let events = self.intake.accept(raw)?;
-        self.take(raw, events)
+        dispatch(Advance { navigator: self, raw })
     }
 
-    /// As [`Navigator::advance`], with a sample of a block that [`Navigator::check_block`] found good.
-    #[inline]
-    pub(crate) fn advance_checked(&mut self, raw: &ImuSample) -> Result<bool, Error> {
-        let events = self.intake.admit(raw);
-        self.take(raw, events)
+    /// Takes a block of raw samples, and shows the navigator whenever a solution came out.
+    ///
+    /// # Errors
+    /// As [`Navigator::push_block`].
+    pub(crate) fn follow(&mut self, block: &[ImuSample], came_out: impl FnMut(&Self)) -> Result<(), Error> {
+        self.check_block(block)?;
+        dispatch(Follow { navigator: self, block, came_out })
     }
 
-    #[inline]
-    fn take(&mut self, raw: &ImuSample, events: Reasons) -> Result<bool, Error> {
-        let sample = self.calibrator.apply(raw);
-        self.first_time.get_or_insert(sample.time);
-        self.newest = Some(sample);
-        self.pending.push_back(Arrived { sample, events });
-        match self.detector.push(&sample) {
-            Some(decision) => self.release(&decision),
+    #[inline(always)]
+    fn take<L: Lanes>(&mut self, raw: &ImuSample, events: Reasons) -> Result<bool, Error> {
+        self.first_time.get_or_insert(raw.time);
+        self.pending.push_back(Arrived { sample: self.calibrator.apply(raw), events });
+        let Some(Arrived { sample, .. }) = self.pending.back() else { return Ok(false) };
+        match self.detector.push(sample) {
+            Some(decision) => self.release::<L>(&decision),
             None => Ok(false),
         }
     }
@@ -219,13 +223,8 @@ impl Navigator {
     /// # Errors
     /// As [`Navigator::push`]; a block with a bad sample is refused as a whole, before any of it was used.
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<Trajectory, Error> {
-        self.check_block(block)?;
         let mut solutions = Trajectory::with_capacity(block.len());
-        for raw in block {
-            if self.advance_checked(raw)? {
-                solutions.extend(self.latest());
-            }
-        }
+        self.follow(block, |navigator| solutions.extend(navigator.latest()))?;
         Ok(solutions)
     }
 
@@ -252,7 +251,7 @@ impl Navigator {
     /// The next of the solutions that are left at the end of the data.
     pub(crate) fn drain(&mut self) -> Result<Option<Solution>, Error> {
         while let Some(decision) = self.detector.drain() {
-            if self.release(&decision)? {
+            if dispatch(Release { navigator: self, decision: &decision })? {
                 return Ok(self.latest);
             }
         }
@@ -278,7 +277,7 @@ impl Navigator {
             return Ok(true);
         }
         while let Some(decision) = self.detector.drain() {
-            self.release(&decision)?;
+            dispatch(Release { navigator: self, decision: &decision })?;
         }
         Ok(self.smoother.as_mut().is_none_or(|smoother| smoother.go_back(rows)))
     }
@@ -297,7 +296,7 @@ impl Navigator {
         self.latest = None;
         self.reasons_so_far = Reasons::empty();
         self.first_time = None;
-        self.newest = None;
+        self.last_released = None;
         self.ended = false;
         self.failure = None;
     }
@@ -321,7 +320,7 @@ impl Navigator {
     /// # Errors
     /// [`NumericalError`] when the samples that wait for their decision are too large to integrate.
     pub fn now(&self) -> Result<Option<NavState>, NumericalError> {
-        let Some(newest) = self.newest else { return Ok(None) };
+        let Some(newest) = self.newest().copied() else { return Ok(None) };
         let state = match &self.phase {
             Phase::Walking(walk) => {
                 let samples = self.pending.iter().map(|arrived| &arrived.sample);
@@ -394,7 +393,7 @@ impl Navigator {
     pub fn check_aligned(&self) -> Result<(), DataError> {
         let Phase::Aligning(alignment) = &self.phase else { return Ok(()) };
         let first = self.first_time.unwrap_or(0.0);
-        let last = self.newest.map_or(first, |sample| sample.time);
+        let last = self.newest().map_or(first, |sample| sample.time);
         Err(DataError::TooShort {
             samples: self.intake.counters.samples,
             duration: last - first,
@@ -410,6 +409,12 @@ impl Navigator {
         if self.compass.as_ref().is_none_or(Compass::has_read) { Ok(()) } else { Err(DataError::NoField) }
     }
 
+    /// The newest sample.
+    #[inline]
+    fn newest(&self) -> Option<&ImuSample> {
+        self.pending.back().map(|arrived| &arrived.sample).or(self.last_released.as_ref())
+    }
+
     fn check_running(&self) -> Result<(), Error> {
         match &self.failure {
             Some(failure) => Err(failure.clone()),
@@ -419,10 +424,13 @@ impl Navigator {
     }
 
     /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since the sample is lost.
-    #[inline]
-    fn release(&mut self, decision: &Decision) -> Result<bool, Error> {
+    #[inline(always)]
+    fn release<L: Lanes>(&mut self, decision: &Decision) -> Result<bool, Error> {
         let Some(arrived) = self.pending.pop_front() else { return Ok(false) };
-        let released = self.solve(&arrived, decision);
+        if self.pending.is_empty() {
+            self.last_released = Some(arrived.sample);
+        }
+        let released = self.solve::<L>(&arrived, decision);
         if let Err(failure) = &released {
             self.failure = Some(failure.clone());
         }
@@ -430,14 +438,16 @@ impl Navigator {
     }
 
     /// Solves a sample, and answers whether a solution came out.
-    #[inline]
-    fn solve(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+    #[inline(always)]
+    fn solve<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
+        let Phase::Walking(walk) = &mut self.phase else {
+            return L::call(SolveAtStart { navigator: self, arrived: *arrived, decision: *decision });
+        };
         if self.smoother.is_some() || self.strides.is_some() || self.compass.is_some() {
-            return self.solve_with_journal(arrived, decision);
+            return L::call(SolveWithJournal { navigator: self, arrived: *arrived, decision: *decision });
         }
-        let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut ())?;
+        let found = walk.update::<L>(&setting, &mut self.monitor, arrived, decision, &mut ())?;
         self.reasons_so_far |= found.reasons;
         let solution = walk.solution(found);
         self.hand_out(solution);
@@ -445,12 +455,13 @@ impl Navigator {
     }
 
     /// The same with a magnetometer, and for those who need to know what the filter did.
-    fn solve_with_journal(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+    #[inline(always)]
+    fn solve_with_journal<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start(arrived, decision) };
+        let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start::<L>(arrived, decision) };
         let strides = self.strides.as_mut().map(Measured::journal);
         let mut journal = (strides, self.smoother.as_mut().map(Smoother::journal));
-        let found = walk.update(&setting, &mut self.monitor, arrived, decision, &mut journal)?;
+        let found = walk.update::<L>(&setting, &mut self.monitor, arrived, decision, &mut journal)?;
         if let Some(compass) = &mut self.compass {
             compass.update(&mut walk.filter, &mut self.monitor, found.zero_velocity, &mut journal);
             walk.filter.check()?;
@@ -461,9 +472,9 @@ impl Navigator {
     }
 
     /// The same while the start is being aligned.
-    #[cold]
-    fn solve_at_start(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
-        let solution = self.start(arrived, decision)?;
+    #[inline(always)]
+    fn solve_at_start<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+        let solution = self.start::<L>(arrived, decision)?;
         Ok(self.hold_back(solution))
     }
 
@@ -494,17 +505,18 @@ impl Navigator {
     }
 
     /// One more sample of the start.
-    fn start(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
+    #[inline(always)]
+    fn start<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         match &mut self.phase {
             Phase::Walking(walk) => {
                 Ok(walk.solution(Finding { zero_velocity: decision.stationary, reasons: arrived.events }))
             }
             Phase::Levelling(levelling) => {
-                if levelling.push(&setting, &arrived.sample)? {
+                if levelling.push::<L>(&setting, &arrived.sample)? {
                     let (walk, moving) = levelling.begin();
                     self.compass.iter_mut().for_each(|compass| compass.begin(&walk.filter.estimate.nav, true));
-                    let walk = walk.through(&self.strapdown, moving, self.strides.as_mut());
+                    let walk = walk.through::<L>(&self.strapdown, moving, self.strides.as_mut());
                     return Ok(self.begin(walk, arrived, decision, true));
                 }
                 let nav = levelling.state(&arrived.sample);
@@ -527,7 +539,7 @@ impl Navigator {
                 }
                 let nav = &walk.filter.estimate.nav;
                 self.compass.iter_mut().for_each(|compass| compass.begin(nav, aligned.at_rest));
-                let walk = walk.through(&self.strapdown, moving, self.strides.as_mut());
+                let walk = walk.through::<L>(&self.strapdown, moving, self.strides.as_mut());
                 Ok(self.begin(walk, arrived, decision, aligned.at_rest))
             }
         }

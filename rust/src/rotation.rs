@@ -2,7 +2,13 @@
 //!
 //! An attitude is a [`UnitQuaternion`] that turns vectors of the sensor frame b into the navigation frame n (Hamilton convention).
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use crate::lanes::Baseline;
+
+#[expect(clippy::inline_always, reason = "as the lanes")]
+#[expect(clippy::many_single_char_names, reason = "quaternions")]
+pub(crate) mod fused;
 
 /// The matrix [v×] with [v×] u = v × u.
 #[must_use]
@@ -18,31 +24,14 @@ pub fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
 #[must_use]
 #[inline]
 pub fn exp(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let half = 0.5 * rotation_vector;
-    let x = half.norm_squared();
-    if x > 0.0625 {
-        return exp_of_large(rotation_vector);
-    }
-    let sinc =
-        1.0 + x * (-1.0 / 6.0 + x * (1.0 / 120.0 + x * (-1.0 / 5_040.0 + x * (1.0 / 362_880.0 - x / 39_916_800.0))));
-    let cos = 1.0
-        + x * (-0.5
-            + x * (1.0 / 24.0
-                + x * (-1.0 / 720.0 + x * (1.0 / 40_320.0 + x * (-1.0 / 3_628_800.0 + x / 479_001_600.0)))));
-    UnitQuaternion::new_unchecked(Quaternion::from_imag(sinc * half) + Quaternion::from_real(cos))
-}
-
-#[cold]
-fn exp_of_large(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_scaled_axis(*rotation_vector)
+    fused::exp::<Baseline>(rotation_vector)
 }
 
 /// The quaternion brought back to unit length by one Newton step, which is exact to rounding for one that has drifted by less than 1e-8.
 #[must_use]
 #[inline]
 pub fn renormalize(q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    let raw = q.into_inner();
-    UnitQuaternion::new_unchecked(raw * (1.5 - 0.5 * raw.norm_squared()))
+    fused::renormalize::<Baseline>(&q)
 }
 
 /// Yaw of the sensor's `axis` (rad, anticlockwise from n x) and its elevation (rad, up positive).

@@ -14,7 +14,8 @@ mod inverse;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::rotation;
+use crate::lanes::{Baseline, Lanes};
+use crate::rotation::{self, fused};
 use crate::sample::ImuSample;
 
 /// Number of nominal intervals that one sample speaks for.
@@ -58,8 +59,13 @@ impl NavState {
     /// Whether every number is finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        let sum = self.position.sum() + self.velocity.sum() + self.attitude.coords.sum();
-        sum.is_finite()
+        self.sum().is_finite()
+    }
+
+    /// Sum of all numbers but the stamp: finite only if each of them is.
+    #[inline]
+    pub(crate) fn sum(&self) -> f64 {
+        self.position.sum() + self.velocity.sum() + self.attitude.coords.sum()
     }
 }
 
@@ -92,8 +98,8 @@ impl Increments {
 pub struct Step {
     /// Length of the interval, s.
     pub dt: f64,
-    /// Mean specific force over the interval in n, m/s².
-    pub specific_force: Vector3<f64>,
+    /// Integral of the specific force over the interval in n, m/s.
+    pub specific_velocity: Vector3<f64>,
     /// Attitude matrix `C_b^n` at the end of the interval; of the first-order form as its update leaves it, which is not quite a rotation.
     pub attitude: Matrix3<f64>,
 }
@@ -138,72 +144,88 @@ impl Strapdown {
     }
 
     /// Advances `state` over the interval of `now`; `before` are the increments of the interval that ended where this one begins.
-    #[inline]
     pub fn advance(&self, state: &mut NavState, before: &Increments, now: &Increments) -> Step {
+        self.advance_on::<Baseline>(state, before, now)
+    }
+
+    /// The same on the lanes that the caller is compiled for.
+    #[inline(always)]
+    pub(crate) fn advance_on<L: Lanes>(&self, state: &mut NavState, before: &Increments, now: &Increments) -> Step {
         let dt = now.dt;
         let start = state.velocity;
         let (attitude, specific_velocity) = match self.kind {
-            MechanizationKind::TwoSample => self.two_sample(&state.attitude, before, now),
-            MechanizationKind::SingleSample => self.single_sample(&state.attitude, now),
+            MechanizationKind::TwoSample => self.two_sample::<L>(&state.attitude, before, now),
+            MechanizationKind::SingleSample => self.single_sample::<L>(&state.attitude, now),
             MechanizationKind::FirstOrder => first_order(&state.attitude, now),
         };
         let matrix = match self.kind {
             MechanizationKind::FirstOrder => published(&state.attitude, &now.angle),
-            _ => attitude.to_rotation_matrix().into_inner(),
+            _ => fused::matrix::<L>(&attitude),
         };
-        let coriolis = 2.0 * self.earth_rate.cross(&start);
-        state.velocity += specific_velocity - dt * (coriolis + self.gravity * Vector3::z());
-        state.position += match self.kind {
-            MechanizationKind::FirstOrder => dt * (1.5 * state.velocity - 0.5 * start),
-            _ => 0.5 * dt * (start + state.velocity),
+        state.velocity += specific_velocity;
+        state.velocity.z = L::fused(-dt, self.gravity, state.velocity.z);
+        if earth_turns(&self.earth_rate) {
+            state.velocity -= 2.0 * dt * self.earth_rate.cross(&start);
+        }
+        state.position = match self.kind {
+            MechanizationKind::FirstOrder => state.position + dt * (1.5 * state.velocity - 0.5 * start),
+            _ => fused::plus_scaled::<L>(&state.position, 0.5 * dt, &(start + state.velocity)),
         };
         state.attitude = attitude;
         state.time += dt;
-        let specific_force = if dt > 0.0 { specific_velocity / dt } else { Vector3::zeros() };
-        Step { dt, specific_force, attitude: matrix }
+        Step { dt, specific_velocity, attitude: matrix }
     }
 
-    #[inline]
-    fn two_sample(
+    /// Coning turns the rotation vector by `w θ' × θ`; rotation and sculling turn the velocity by `½ θ × v + w (θ' × v + v' × θ)`.
+    #[inline(always)]
+    fn two_sample<L: Lanes>(
         &self,
         attitude: &UnitQuaternion<f64>,
         before: &Increments,
         now: &Increments,
     ) -> (UnitQuaternion<f64>, Vector3<f64>) {
-        let (coning, sculling) = second_order(before, now);
-        let rotation_vector = now.angle + coning;
-        let specific_velocity = now.velocity + 0.5 * now.angle.cross(&now.velocity) + sculling;
-        (self.turn(attitude, &rotation_vector, now.dt), attitude * specific_velocity)
+        let weight = pairing_weight(before.dt, now.dt);
+        let (turned, gained) = (weight * before.angle, weight * before.velocity);
+        let rotation_vector = fused::plus_cross::<L>(&now.angle, &turned, &now.angle);
+        let rotated = fused::plus_scaled::<L>(&turned, 0.5, &now.angle);
+        let specific_velocity = fused::plus_cross::<L>(&now.velocity, &rotated, &now.velocity);
+        let specific_velocity = fused::plus_cross::<L>(&specific_velocity, &gained, &now.angle);
+        (self.turn::<L>(attitude, &rotation_vector, now.dt), fused::rotate::<L>(attitude, &specific_velocity))
     }
 
-    #[inline]
-    fn single_sample(&self, attitude: &UnitQuaternion<f64>, now: &Increments) -> (UnitQuaternion<f64>, Vector3<f64>) {
-        let specific_velocity = now.velocity + 0.5 * now.angle.cross(&now.velocity);
-        (self.turn(attitude, &now.angle, now.dt), attitude * specific_velocity)
+    #[inline(always)]
+    fn single_sample<L: Lanes>(
+        &self,
+        attitude: &UnitQuaternion<f64>,
+        now: &Increments,
+    ) -> (UnitQuaternion<f64>, Vector3<f64>) {
+        let specific_velocity = fused::plus_cross::<L>(&now.velocity, &(0.5 * now.angle), &now.velocity);
+        (self.turn::<L>(attitude, &now.angle, now.dt), fused::rotate::<L>(attitude, &specific_velocity))
     }
 
-    #[inline]
-    fn turn(&self, attitude: &UnitQuaternion<f64>, rotation_vector: &Vector3<f64>, dt: f64) -> UnitQuaternion<f64> {
-        let turned = attitude * rotation::exp(rotation_vector);
+    #[inline(always)]
+    fn turn<L: Lanes>(
+        &self,
+        attitude: &UnitQuaternion<f64>,
+        rotation_vector: &Vector3<f64>,
+        dt: f64,
+    ) -> UnitQuaternion<f64> {
+        let turned = fused::product::<L>(attitude, &fused::exp::<L>(rotation_vector));
         let turned =
-            if self.earth_rate == Vector3::zeros() { turned } else { rotation::exp(&(-dt * self.earth_rate)) * turned };
-        rotation::renormalize(turned)
+            if earth_turns(&self.earth_rate) { rotation::exp(&(-dt * self.earth_rate)) * turned } else { turned };
+        fused::renormalize::<L>(&turned)
     }
 }
 
-/// Coning (rad) and sculling (m/s) of the interval `now`, from rate and specific force that change linearly between the middles of the two intervals.
-///
-/// For equal intervals the weight is the textbook's 1/12.
-#[must_use]
+/// Whether a rotation rate of the Earth is not neglected.
 #[inline]
-pub(crate) fn second_order(before: &Increments, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
-    let weight = pairing_weight(before.dt, now.dt);
-    let coning = weight * before.angle.cross(&now.angle);
-    let sculling = weight * (before.angle.cross(&now.velocity) + before.velocity.cross(&now.angle));
-    (coning, sculling)
+pub(crate) fn earth_turns(rate: &Vector3<f64>) -> bool {
+    rate.norm_squared() > 0.0
 }
 
-/// The weight of the products of increments in coning and sculling; zero when there is no interval before.
+/// The weight of the products of increments in coning and sculling, from rate and specific force that change linearly between the middles of the two intervals.
+///
+/// For equal intervals it is the textbook's 1/12; zero when there is no interval before.
 #[inline]
 fn pairing_weight(before: f64, now: f64) -> f64 {
     if before > 0.0 { now * now / (6.0 * before * (before + now)) } else { 0.0 }

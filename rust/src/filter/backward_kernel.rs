@@ -6,8 +6,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::blocks::{Loaded, Rows, Upper, at, load};
-use super::lanes::{Lanes, Work, dispatch};
 use super::states::{BLOCKS, Block};
+use crate::lanes::{Lanes, Work, dispatch};
 
 const POSITION: usize = Block::Position.index();
 
@@ -40,6 +40,8 @@ struct Prediction<'a, const P: bool> {
 }
 
 impl<const P: bool> Work for Prediction<'_, P> {
+    type Output = ();
+
     /// Letters are blocks, as in [`super::kernel`].
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -112,6 +114,8 @@ struct Observation<'a, const P: bool> {
 }
 
 impl<const P: bool> Work for Observation<'_, P> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { information, b, whitener, white_gain } = self;
@@ -192,6 +196,8 @@ struct Smoothing<'a, const P: bool> {
 }
 
 impl<const P: bool> Work for Smoothing<'_, P> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { p, costate, information, errors, known } = self;
@@ -209,21 +215,21 @@ fn times<L: Lanes, const P: bool>(matrix: &Upper, states: &[Vector3<f64>; BLOCKS
     let [np, nv, na, nw, nf] = states;
     let (sp, sv, sa, sw, sf) = (row::<L>(np), row::<L>(nv), row::<L>(na), row::<L>(nw), row::<L>(nf));
     let zero = Loaded::zero();
-    let p = zero.plus_spread_product(pv, sv).plus_spread_product(pa, sa);
-    let p = p.plus_spread_product(pw, sw).plus_spread_product(pf, sf);
-    let v = zero.plus_spread_product(vv, sv).plus_spread_product(va, sa);
-    let v = v.plus_spread_product(vw, sw).plus_spread_product(vf, sf).sums();
-    let a = zero.plus_spread_product(aa, sa).plus_spread_product(aw, sw).plus_spread_product(af, sf).sums();
+    let p = zero.plus_rows_times(pv, sv).plus_rows_times(pa, sa);
+    let p = p.plus_rows_times(pw, sw).plus_rows_times(pf, sf);
+    let v = zero.plus_rows_times(vv, sv).plus_rows_times(va, sa);
+    let v = v.plus_rows_times(vw, sw).plus_rows_times(vf, sf).sums();
+    let a = zero.plus_rows_times(aa, sa).plus_rows_times(aw, sw).plus_rows_times(af, sf).sums();
     let a = load(va).plus_row_product(a, nv);
-    let w = zero.plus_spread_product(ww, sw).plus_spread_product(wf, sf).sums();
+    let w = zero.plus_rows_times(ww, sw).plus_rows_times(wf, sf).sums();
     let w = load(aw).plus_row_product(load(vw).plus_row_product(w, nv), na);
-    let f = zero.plus_spread_product(ff, sf).sums();
+    let f = zero.plus_rows_times(ff, sf).sums();
     let f = load(wf).plus_row_product(load(af).plus_row_product(load(vf).plus_row_product(f, nv), na), nw);
     if !P {
         return [p.sums(), v, a, w, f];
     }
     [
-        p.plus_spread_product(pp, sp).sums(),
+        p.plus_rows_times(pp, sp).sums(),
         load(pv).plus_row_product(v, np),
         load(pa).plus_row_product(a, np),
         load(pw).plus_row_product(w, np),
@@ -270,8 +276,8 @@ mod tests {
 
     use super::*;
     use crate::filter::blocks::dense::{BLOCK, Dense, difference, matrices, shear, upper};
-    use crate::filter::lanes::Baseline;
     use crate::filter::states::STATES;
+    use crate::lanes::Baseline;
 
     /// A positive matrix A Aᵀ.
     fn positive() -> impl Strategy<Value = Dense> {

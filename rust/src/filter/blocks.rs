@@ -3,14 +3,14 @@
 //! Each of the 15 blocks on and above the diagonal is three rows of four numbers, the last of which is zero: a row is one vector of a processor with AVX.  All products of blocks are of one kind,
 //! `C + A B`: numbers of A, read from memory, times rows of B.
 //!
-//! What works on loaded blocks is inlined by force into the functions that [`super::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
+//! What works on loaded blocks is inlined by force into the functions that [`crate::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
 
 use std::ops::{Index, IndexMut};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::lanes::Lanes;
 use super::states::BLOCKS;
+use crate::lanes::Lanes;
 
 /// Number of blocks on and above the diagonal.
 const UPPER: usize = BLOCKS * (BLOCKS + 1) / 2;
@@ -66,6 +66,13 @@ impl Rows {
         [self.0[0][0], self.0[1][1], self.0[2][2]]
     }
 
+    /// The numbers of a column, each in all places of the lanes.
+    #[inline(always)]
+    pub(super) fn spread_column<L: Lanes>(&self, k: usize) -> [L; 3] {
+        let [a, b, c] = &self.0;
+        [L::splat(a[k]), L::splat(b[k]), L::splat(c[k])]
+    }
+
     /// Adds to the diagonal.
     #[inline]
     pub(super) fn add_diagonal(&mut self, values: [f64; 3]) {
@@ -78,6 +85,55 @@ impl Rows {
     pub(super) fn transpose(&self) -> Self {
         let [a, b, c] = &self.0;
         Self([0, 1, 2].map(|k| [a[k], b[k], c[k], 0.0]))
+    }
+}
+
+/// The numbers of a vector that many rows are multiplied by, each in all places of the lanes.
+pub(super) struct SpreadVector<L>([L; 3]);
+
+impl<L: Lanes> SpreadVector<L> {
+    #[inline(always)]
+    pub(super) fn new(v: &Vector3<f64>) -> Self {
+        Self([L::splat(v.x), L::splat(v.y), L::splat(v.z)])
+    }
+
+    /// `[v×] right`.
+    #[inline(always)]
+    pub(super) fn cross(&self, Loaded([x, y, z]): Loaded<L>) -> Loaded<L> {
+        let [u, v, w] = self.0;
+        Loaded([v.times(z).minus_times(w, y), w.times(x).minus_times(u, z), u.times(y).minus_times(v, x)])
+    }
+}
+
+/// As [`SpreadVector`], of a matrix.
+pub(super) struct SpreadMatrix<L>([[L; 3]; 3]);
+
+impl<L: Lanes> SpreadMatrix<L> {
+    #[inline(always)]
+    pub(super) fn new(m: &Matrix3<f64>) -> Self {
+        Self([
+            [L::splat(m.m11), L::splat(m.m12), L::splat(m.m13)],
+            [L::splat(m.m21), L::splat(m.m22), L::splat(m.m23)],
+            [L::splat(m.m31), L::splat(m.m32), L::splat(m.m33)],
+        ])
+    }
+
+    /// The rows of mᵀ.
+    #[inline(always)]
+    pub(super) fn transposed(&self) -> Loaded<L> {
+        let [a, b, c] = self.0;
+        Loaded([L::beside(a[0], b[0], c[0]), L::beside(a[1], b[1], c[1]), L::beside(a[2], b[2], c[2])])
+    }
+
+    /// `m right`.
+    #[inline(always)]
+    pub(super) fn times(&self, Loaded([x, y, z]): Loaded<L>) -> Loaded<L> {
+        let [a, b, c] = self.0;
+        Loaded([
+            a[0].times(x).plus_times(a[1], y).plus_times(a[2], z),
+            b[0].times(x).plus_times(b[1], y).plus_times(b[2], z),
+            c[0].times(x).plus_times(c[1], y).plus_times(c[2], z),
+        ])
     }
 }
 
@@ -132,7 +188,7 @@ impl<L: Lanes> Loaded<L> {
     #[inline(always)]
     pub(super) fn combined(self, y: &Vector3<f64>) -> L {
         let [a, b, c] = self.0;
-        L::of([0.0; 3]).plus(y.x, a).plus(y.y, b).plus(y.z, c)
+        a.scaled(y.x).plus(y.y, b).plus(y.z, c)
     }
 
     /// `self + value I`.
@@ -146,7 +202,13 @@ impl<L: Lanes> Loaded<L> {
     /// `self + (half + halfᵀ)`, in this order, which keeps a symmetric block symmetric to the bit.
     #[inline(always)]
     pub(super) fn plus_both(self, half: Self) -> Self {
-        self.plus(1.0, half.plus(1.0, half.transpose()))
+        self.plus(1.0, half.plus_transpose())
+    }
+
+    /// `self + selfᵀ`, symmetric to the bit.
+    #[inline(always)]
+    pub(super) fn plus_transpose(self) -> Self {
+        self.plus(1.0, self.transpose())
     }
 
     /// `self + left right`.
@@ -164,16 +226,44 @@ impl<L: Lanes> Loaded<L> {
     /// `left self`, where all above the diagonal of `left` is zero.
     #[inline(always)]
     pub(super) fn times_lower(self, Rows(left): &Rows) -> Self {
-        let (zero, [x, y, z]) = (L::of([0.0; 3]), self.0);
-        let [i, j, k] = left;
-        Self([zero.plus(i[0], x), zero.plus(j[0], x).plus(j[1], y), zero.plus(k[0], x).plus(k[1], y).plus(k[2], z)])
+        let ([x, y, z], [i, j, k]) = (self.0, left);
+        Self([x.scaled(i[0]), x.scaled(j[0]).plus(j[1], y), x.scaled(k[0]).plus(k[1], y).plus(k[2], z)])
     }
 
     /// `self + [v×] right`.
     #[inline(always)]
-    pub(super) fn plus_cross(self, v: &Vector3<f64>, Self([x, y, z]): Self) -> Self {
+    pub(super) fn plus_cross(self, SpreadVector([u, v, w]): &SpreadVector<L>, Self([x, y, z]): Self) -> Self {
         let [a, b, c] = self.0;
-        Self([a.plus(v.y, z).plus(-v.z, y), b.plus(v.z, x).plus(-v.x, z), c.plus(v.x, y).plus(-v.y, x)])
+        Self([
+            a.plus_times(*v, z).minus_times(*w, y),
+            b.plus_times(*w, x).minus_times(*u, z),
+            c.plus_times(*u, y).minus_times(*v, x),
+        ])
+    }
+
+    /// `self + left right`.
+    #[inline(always)]
+    pub(super) fn plus_spread_product(self, SpreadMatrix([i, j, k]): &SpreadMatrix<L>, Self([x, y, z]): Self) -> Self {
+        let [a, b, c] = self.0;
+        Self([
+            a.plus_times(i[0], x).plus_times(i[1], y).plus_times(i[2], z),
+            b.plus_times(j[0], x).plus_times(j[1], y).plus_times(j[2], z),
+            c.plus_times(k[0], x).plus_times(k[1], y).plus_times(k[2], z),
+        ])
+    }
+
+    /// `self + factor * other`.
+    #[inline(always)]
+    pub(super) fn plus_scaled(self, factor: L, other: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a.plus_times(factor, x), b.plus_times(factor, y), c.plus_times(factor, z)])
+    }
+
+    /// `self - factor * other`.
+    #[inline(always)]
+    pub(super) fn minus_scaled(self, factor: L, other: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a.minus_times(factor, x), b.minus_times(factor, y), c.minus_times(factor, z)])
     }
 
     /// `self + leftᵀ right`.
@@ -203,7 +293,7 @@ impl<L: Lanes> Loaded<L> {
 
     /// `self` plus the rows of `other` times `row`, number by number: what adds up to `other rowᵀ`.
     #[inline(always)]
-    pub(super) fn plus_spread_product(self, Rows([i, j, k]): &Rows, row: L) -> Self {
+    pub(super) fn plus_rows_times(self, Rows([i, j, k]): &Rows, row: L) -> Self {
         let [a, b, c] = self.0;
         Self([a.plus_times(L::load(i), row), b.plus_times(L::load(j), row), c.plus_times(L::load(k), row)])
     }
@@ -213,17 +303,6 @@ impl<L: Lanes> Loaded<L> {
     pub(super) fn sums(self) -> L {
         let [a, b, c] = self.transpose().0;
         a.plus(1.0, b).plus(1.0, c)
-    }
-
-    /// `self - leftᵀ right`.
-    #[inline(always)]
-    pub(super) fn minus_transposed_product(self, Rows([i, j, k]): &Rows, Self([x, y, z]): Self) -> Self {
-        let [a, b, c] = self.0;
-        Self([
-            a.plus(-i[0], x).plus(-j[0], y).plus(-k[0], z),
-            b.plus(-i[1], x).plus(-j[1], y).plus(-k[1], z),
-            c.plus(-i[2], x).plus(-j[2], y).plus(-k[2], z),
-        ])
     }
 }
 

@@ -205,7 +205,7 @@ mod tests {
     impl Move {
         fn transition(&self) -> Transition {
             let attitude = UnitQuaternion::from_scaled_axis(self.turn).to_rotation_matrix().into_inner();
-            let step = Step { dt: 0.1, specific_force: self.force, attitude };
+            let step = Step { dt: 0.1, specific_velocity: 0.1 * self.force, attitude };
             Transition::new(&step, &Vector3::new(0.0, 0.02, 0.03))
         }
 

@@ -13,10 +13,15 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::backward_kernel;
 use super::blocks::{Rows, Upper, at};
-use super::kernel::{self, Errors, Prediction, WhiteGain};
+use super::kernel::{self, Prediction, WhiteGain};
 use super::observation::{Observation, Update};
 use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
 use super::transition::{Noise, Transition};
+use crate::lanes::{Lanes, dispatch};
+
+mod work;
+
+use work::{Observe, ObserveAgain, ObserveWhite, Predict, PredictOnEarth};
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,30 +63,25 @@ impl Covariance {
     }
 
     /// P becomes F P Fᵀ + Q, with the `noise` on the diagonal of Q.
-    #[inline]
     pub fn predict(&mut self, transition: &Transition, noise: &Noise) {
-        if transition.turns_with_earth() {
-            self.predict_on_earth(transition, noise);
-        } else {
-            self.shear_all(transition, noise);
-        }
+        dispatch(Predict { p: self, transition, noise });
     }
 
-    /// The same where the Earth turns: the noise is added after it turned.
-    fn predict_on_earth(&mut self, transition: &Transition, noise: &Noise) {
-        self.shear_all(transition, &Noise::default());
-        transition.turn_with_earth(self);
-        let Noise { position, velocity, attitude, gyro_bias, accel_bias } = *noise;
-        for (block, variance) in Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias]) {
-            self.add_variance(block, variance);
+    /// The same on the lanes that the caller is compiled for.
+    #[inline(always)]
+    pub(super) fn predict_on<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
+        if transition.turns_with_earth() {
+            L::call(PredictOnEarth { p: self, transition: *transition, noise: *noise });
+        } else {
+            self.shear_all::<L>(transition, noise);
         }
     }
 
     /// The shears of a transition, and the noise after them.
-    #[inline]
-    fn shear_all(&mut self, transition: &Transition, noise: &Noise) {
+    #[inline(always)]
+    fn shear_all<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
         let (half, tilt, bias) = transition.shears();
-        kernel::predict(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
+        kernel::predict::<L>(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
     }
 
     /// Adds the same independent variance to each state of a block.
@@ -107,24 +107,22 @@ impl Covariance {
         variance: f64,
         gate: f64,
     ) -> (Update, Option<Observation>) {
-        let mut used = None;
-        let update = self.observe_with(block, innovation, variance, gate, |observation, _| used = Some(*observation));
-        (update, used)
+        dispatch(Observe { p: self, block, innovation, variance, gate })
     }
 
-    /// As [`Covariance::observe`], but the observation, which is large, is only shown to `learn`, with the errors that it tells of.
-    #[inline]
-    pub(super) fn observe_with(
+    /// As [`Covariance::observe`], on the lanes that the caller is compiled for; the observation, which is large, comes to be where it is `used`.
+    #[inline(always)]
+    pub(super) fn observe_on<L: Lanes>(
         &mut self,
         block: Block,
         innovation: &Vector3<f64>,
         variance: f64,
         gate: f64,
-        learn: impl FnOnce(&Observation, &ErrorStates),
+        used: &mut Option<Observation>,
     ) -> Update {
         let b = block.index();
         let innovation_covariance = self.get(b, b) + Matrix3::from_diagonal_element(variance);
-        self.observe_white(block, inverse_cholesky_factor(&innovation_covariance), innovation, gate, learn)
+        self.observe_white::<L>(block, inverse_cholesky_factor(&innovation_covariance), innovation, gate, used)
     }
 
     /// Observes one state of `block`, that of an axis.  As [`Covariance::observe`].
@@ -144,20 +142,18 @@ impl Covariance {
         });
         let mut along_axis = Vector3::zeros();
         along_axis[axis] = innovation;
-        let mut used = None;
-        let update = self.observe_white(block, whitener, &along_axis, gate, |observation, _| used = Some(*observation));
-        (update, used)
+        dispatch(ObserveWhite { p: self, block, whitener, innovation: &along_axis, gate })
     }
 
     /// Observes a block with the inverse factor of its innovation covariance.
-    #[inline]
-    fn observe_white(
+    #[inline(always)]
+    fn observe_white<L: Lanes>(
         &mut self,
         block: Block,
         whitener: Option<Matrix3<f64>>,
         innovation: &Vector3<f64>,
         gate: f64,
-        learn: impl FnOnce(&Observation, &ErrorStates),
+        used: &mut Option<Observation>,
     ) -> Update {
         let Some(whitener) = whitener else {
             return Update { distance: f64::INFINITY, accepted: false };
@@ -167,11 +163,15 @@ impl Covariance {
         if distance.is_nan() || distance > gate {
             return Update { distance, accepted: false };
         }
-        let mut observation = Observation { block, white_gain: WhiteGain::default(), whitener, white_innovation };
-        let (white_gain, mut errors) = (&mut observation.white_gain, Errors::default());
-        kernel::reduce(&mut self.upper, block.index(), &whitener, &white_innovation, white_gain, &mut errors);
-        learn(&observation, &ErrorStates(errors.map(|[x, y, z, _]| Vector3::new(x, y, z))));
+        self.reduce::<L>(used.insert(Observation::prepared(block, whitener, white_innovation)));
         Update { distance, accepted: true }
+    }
+
+    /// Takes an observation and finds its gain, and the errors that it tells of.
+    #[inline(always)]
+    fn reduce<L: Lanes>(&mut self, observation: &mut Observation) {
+        let Observation { block, whitener, white_innovation, white_gain, errors } = observation;
+        kernel::reduce::<L>(&mut self.upper, block.index(), whitener, white_innovation, white_gain, errors);
     }
 
     /// The states of `block` are forgotten: independent of all others, with the same `variance` on each axis.
@@ -191,8 +191,7 @@ impl Covariance {
     /// Takes an observation once more, from the same covariance as the first time, and finds its gain.
     #[inline]
     pub(crate) fn observe_again(&mut self, observation: &mut Observation) {
-        let Observation { block, whitener, white_innovation, white_gain } = observation;
-        kernel::reduce(&mut self.upper, block.index(), whitener, white_innovation, white_gain, &mut Errors::default());
+        dispatch(ObserveAgain { p: self, observation });
     }
 
     /// An information matrix Λ goes back over an observation.

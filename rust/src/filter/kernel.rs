@@ -1,6 +1,6 @@
 //! The hot kernel: the prediction of the covariance and its reduction by an observation.
 //!
-//! Everything here is inlined by force into the two functions that [`super::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
+//! Everything here is inlined by force into the two functions that [`crate::lanes`] compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
 //!
 //! The prediction applies the five shears of [`super::transition`] and adds the process noise in one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction
 //! `P - Vᵀ V`.
@@ -9,16 +9,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::blocks::{Loaded, Rows, Upper, at, load, load_at};
-use super::lanes::{Lanes, Work, dispatch};
-use super::states::BLOCKS;
+use super::blocks::{Loaded, Rows, SpreadMatrix, SpreadVector, Upper, at, load, load_at};
+use super::states::{BLOCKS, Block};
 use super::transition::Noise;
-
-/// The matrix [v×]ᵀ.
-#[inline(always)]
-fn cross_transposed<L: Lanes>(v: &Vector3<f64>) -> Loaded<L> {
-    Loaded([L::of([0.0, v.z, -v.y]), L::of([-v.z, 0.0, v.x]), L::of([v.y, -v.x, 0.0])])
-}
+use crate::lanes::{Lanes, Work, dispatch};
 
 /// One transition, and the variance that each block gains in it.
 pub(super) struct Prediction<'a> {
@@ -31,58 +25,141 @@ pub(super) struct Prediction<'a> {
     pub(super) noise: &'a Noise,
 }
 
+/// Where the blocks are: position, velocity, attitude, gyroscope bias and accelerometer bias.
+const P: usize = Block::Position.index();
+const V: usize = Block::Velocity.index();
+const A: usize = Block::Attitude.index();
+const W: usize = Block::GyroBias.index();
+const F: usize = Block::AccelBias.index();
+
 /// P becomes F P Fᵀ + Q.
-#[inline]
-pub(super) fn predict(p: &mut Upper, prediction: &Prediction<'_>) {
-    dispatch((p, prediction));
+///
+/// Four shears move position and velocity, and the last one turns the attitude.  What moves gains from rows that do not, so the four are applied together, one column of blocks after the other.
+/// A block on the diagonal gains `G + Gᵀ`, where G is made of the mean of another block before and after the shear.
+#[inline(always)]
+pub(super) fn predict<L: Lanes>(p: &mut Upper, prediction: &Prediction<'_>) {
+    let (shears, noise) = (Shears::<L>::new(prediction), prediction.noise);
+    let accel_bias = shears.move_column(p, F);
+    let gain = shears.gain_of_accel_bias(&accel_bias);
+    add_noise::<L>(p, F, noise.accel_bias);
+    let p = read_anew(p);
+    let attitude = shears.move_column(p, A);
+    let gain = shears.plus_gain_of_attitude(&gain, &attitude);
+    let p = read_anew(p);
+    shears.move_column(p, W);
+    shears.move_own(p, &gain, noise);
+    let p = read_anew(p);
+    shears.turn_row(p, noise);
+    add_noise::<L>(p, W, noise.gyro_bias);
+    let p = read_anew(p);
+    shears.turn_column(p);
 }
 
-impl Work for (&mut Upper, &Prediction<'_>) {
-    /// Letters are blocks: position, velocity, attitude, gyroscope bias and accelerometer bias are `p v a w f`.
+/// Has the compiler forget what it knows of the blocks: it would save them on the stack until they are used again, and take single numbers out of vectors that memory spreads at no cost.
+#[inline(always)]
+fn read_anew(p: &mut Upper) -> &mut Upper {
+    std::hint::black_box(p)
+}
+
+#[inline(always)]
+fn add_noise<L: Lanes>(p: &mut Upper, block: usize, variance: f64) {
+    let own = &mut p[at(block, block)];
+    load::<L>(own).plus_diagonal(variance).store(own);
+}
+
+/// The numbers of a transition, each in all places of a vector.
+struct Shears<L> {
+    half: L,
+    tilt: SpreadVector<L>,
+    bias: SpreadMatrix<L>,
+}
+
+/// The blocks of position and velocity in a column.
+struct Moving<L> {
+    position: Loaded<L>,
+    velocity: Loaded<L>,
+}
+
+impl<L: Lanes> Shears<L> {
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let (Upper(p), &Prediction { half, tilt, bias, noise }) = self;
-        let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = p;
-        let tilt_transposed = cross_transposed::<L>(&tilt);
-        let bias_transposed = Loaded::<L>(bias.data.0.map(L::of));
-        let (tilt, bias) = (&tilt, &Rows::from(bias));
+    fn new(&Prediction { half, tilt, bias, .. }: &Prediction<'_>) -> Self {
+        Self { half: L::splat(half), tilt: SpreadVector::new(&tilt), bias: SpreadMatrix::new(bias) }
+    }
 
-        load::<L>(pa).plus(half, load(va)).store(pa);
-        load::<L>(pf).plus(half, load(vf)).store(pf);
-        let first = load::<L>(pv).plus(0.5 * half, load(vv));
-        let between = load::<L>(pv).plus(half, load(vv));
-        let between = between.plus_product(pa, tilt_transposed).plus_product(pf, bias_transposed);
+    /// Position and velocity move in the column of another block.  Returns what they are while the velocity gains: the mean of its own before and after, and the position between its two halves.
+    #[inline(always)]
+    fn move_column(&self, p: &mut Upper, column: usize) -> Moving<L> {
+        let gain = self.tilt.cross(load_at(p, A, column)).plus_spread_product(&self.bias, load_at(p, F, column));
+        let before = load_at::<L>(p, V, column);
+        let after = before.plus(1.0, gain);
+        let position = load_at::<L>(p, P, column).plus_scaled(self.half, before);
+        after.store(&mut p[at(V, column)]);
+        position.plus_scaled(self.half, after).store(&mut p[at(P, column)]);
+        Moving { position, velocity: before.plus_scaled(L::splat(0.5), gain) }
+    }
 
-        let to_a = Loaded::<L>::zero().plus_cross(tilt, load(aa)).plus_product(bias, load(af).transpose());
-        let to_f = Loaded::<L>::zero().plus_cross(tilt, load(af)).plus_product(bias, load(ff));
-        let own = Loaded::<L>::zero()
-            .plus_product(&load::<L>(va).plus(0.5, to_a).stored(), tilt_transposed)
-            .plus_product(&load::<L>(vf).plus(0.5, to_f).stored(), bias_transposed);
-        let sheared = load::<L>(vv).plus_both(own);
-        let second = between.plus(0.5 * half, sheared);
-        let own = Loaded::<L>::zero().plus(half, first).plus(half, second);
-        load::<L>(pp).plus_both(own).plus_diagonal(noise.position).store(pp);
-        between.plus(half, sheared).store(pv);
-        sheared.plus_diagonal(noise.velocity).store(vv);
+    /// What the velocity's row gains in the columns of position and velocity from that of the accelerometer's bias.
+    #[inline(always)]
+    fn gain_of_accel_bias(&self, column: &Moving<L>) -> Moving<L> {
+        Moving {
+            position: self.bias.times(column.position.transpose()),
+            velocity: self.bias.times(column.velocity.transpose()),
+        }
+    }
 
-        let gained = load::<L>(vf).plus(1.0, to_f);
-        gained.store(vf);
-        load::<L>(pf).plus(half, gained).store(pf);
-        let before = load::<L>(vw);
-        let gained = before.plus_cross(tilt, load(aw)).plus_product(bias, load(wf).transpose());
-        gained.store(vw);
-        load::<L>(pw).plus(half, before).plus(half, gained).store(pw);
+    /// The same from that of the attitude, too.
+    #[inline(always)]
+    fn plus_gain_of_attitude(&self, gain: &Moving<L>, column: &Moving<L>) -> Moving<L> {
+        Moving {
+            position: gain.position.plus_cross(&self.tilt, column.position.transpose()),
+            velocity: gain.velocity.plus_cross(&self.tilt, column.velocity.transpose()),
+        }
+    }
 
-        let va_gained = load::<L>(va).plus(1.0, to_a);
-        load::<L>(pa).plus(half, va_gained).plus_product(pw, bias_transposed).store(pa);
-        va_gained.plus_product(vw, bias_transposed).store(va);
-        let to_w = Loaded::<L>::zero().plus_product(bias, load(ww));
-        let own = Loaded::<L>::zero().plus_product(&load::<L>(aw).plus(0.5, to_w).stored(), bias_transposed);
-        load::<L>(aa).plus_both(own).plus_diagonal(noise.attitude).store(aa);
-        load::<L>(aw).plus(1.0, to_w).store(aw);
-        load::<L>(af).plus_product(bias, load(wf)).store(af);
-        load::<L>(ww).plus_diagonal(noise.gyro_bias).store(ww);
-        load::<L>(ff).plus_diagonal(noise.accel_bias).store(ff);
+    /// Position and velocity move in their own columns, where the velocity's row has this gain from all others.
+    #[inline(always)]
+    fn move_own(&self, p: &mut Upper, gain: &Moving<L>, noise: &Noise) {
+        let own = gain.velocity.plus_transpose();
+        let before = load_at::<L>(p, V, V);
+        let after = before.plus(1.0, own);
+        after.plus_diagonal(noise.velocity).store(&mut p[at(V, V)]);
+
+        let cross = load_at::<L>(p, P, V);
+        let moved = cross.plus(1.0, gain.position.transpose());
+        let moved = moved.plus_scaled(self.half, before).plus_scaled(self.half, after);
+        moved.store(&mut p[at(P, V)]);
+        self.move_position(p, cross.plus(1.0, moved), own, noise.position);
+    }
+
+    /// The position moves in its own column.
+    ///
+    /// Each half adds `half (C + Cᵀ) + half² D`, where C is the block of position and velocity before it, and D the velocity's own.  Together they add `half (S + Sᵀ) - half² G`, where S is C before
+    /// all shears plus C after them, the `crosses`, and G what D gains between the halves.
+    #[inline(always)]
+    fn move_position(&self, p: &mut Upper, crosses: Loaded<L>, velocity_gain: Loaded<L>, variance: f64) {
+        let moved = load_at::<L>(p, P, P).plus_scaled(self.half, crosses.plus_transpose());
+        let moved = moved.minus_scaled(self.half.times(self.half), velocity_gain);
+        moved.plus_diagonal(variance).store(&mut p[at(P, P)]);
+    }
+
+    /// The attitude turns in its own row.
+    #[inline(always)]
+    fn turn_row(&self, p: &mut Upper, noise: &Noise) {
+        let gain = self.bias.times(load_at(p, W, W));
+        let before = load_at::<L>(p, A, W);
+        before.plus(1.0, gain).store(&mut p[at(A, W)]);
+        let own = self.bias.times(before.plus_scaled(L::splat(0.5), gain).transpose());
+        load_at::<L>(p, A, A).plus_both(own).plus_diagonal(noise.attitude).store(&mut p[at(A, A)]);
+        load_at::<L>(p, A, F).plus_spread_product(&self.bias, load_at(p, W, F)).store(&mut p[at(A, F)]);
+    }
+
+    /// The attitude turns in the rows of velocity and position: products from the right, whose left numbers memory spreads.
+    #[inline(always)]
+    fn turn_column(&self, p: &mut Upper) {
+        let bias = self.bias.transposed();
+        for row in [V, P] {
+            load_at::<L>(p, row, A).plus_product(&p[at(row, W)], bias).store(&mut p[at(row, A)]);
+        }
     }
 }
 
@@ -100,6 +177,8 @@ struct Shear<'a> {
 }
 
 impl Work for Shear<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { p, target, source, m } = self;
@@ -139,52 +218,47 @@ impl WhiteGain {
             }
         }
     }
-
-    /// Vᵀ y: the errors that a whitened innovation tells of.
-    pub(super) fn errors(&self, y: &Vector3<f64>) -> [Vector3<f64>; BLOCKS] {
-        std::array::from_fn(|k| self.block(k) * y)
-    }
 }
 
 /// Errors block by block: three numbers and a zero.
 pub(super) type Errors = [[f64; 4]; BLOCKS];
 
 /// P becomes P - Vᵀ V, where the whitener is the lower triangle L⁻¹ and b the observed block; V is left in `gain`, and the errors Vᵀ y that the whitened innovation y tells of in `errors`.
-#[inline]
-pub(super) fn reduce(
+#[inline(always)]
+pub(super) fn reduce<L: Lanes>(
     p: &mut Upper,
     b: usize,
     whitener: &Matrix3<f64>,
     y: &Vector3<f64>,
-    gain: &mut WhiteGain,
+    WhiteGain(gain): &mut WhiteGain,
     errors: &mut Errors,
 ) {
-    dispatch(Reduction { p, b, whitener: &whitener.into(), y, gain, errors });
+    let whitener = &whitener.into();
+    for (k, (block, errors)) in gain.iter_mut().zip(errors).enumerate() {
+        let v = load_at::<L>(p, b, k).times_lower(whitener);
+        v.store(block);
+        v.combined(y).store(errors);
+    }
+    let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = &mut p.0;
+    let [gp, gv, ga, gw, gf] = &*gain;
+    let [rp, rv, ra, rw, rf] = [load::<L>(gp), load(gv), load(ga), load(gw), load(gf)];
+    reduce_row(gp, [rp, rv], [pp, pv]);
+    reduce_row(gv, [rv], [vv]);
+    reduce_row(gp, [ra, rw, rf], [pa, pw, pf]);
+    reduce_row(gv, [ra, rw, rf], [va, vw, vf]);
+    reduce_row(ga, [ra, rw, rf], [aa, aw, af]);
+    reduce_row(gw, [rw, rf], [ww, wf]);
+    reduce_row(gf, [rf], [ff]);
 }
 
-struct Reduction<'a> {
-    p: &'a mut Upper,
-    b: usize,
-    whitener: &'a Rows,
-    y: &'a Vector3<f64>,
-    gain: &'a mut WhiteGain,
-    errors: &'a mut Errors,
-}
-
-impl Work for Reduction<'_> {
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { p, b, whitener, y, gain: WhiteGain(gain), errors } = self;
-        for (k, (block, errors)) in gain.iter_mut().zip(errors).enumerate() {
-            let v = load_at::<L>(p, b, k).times_lower(whitener);
-            v.store(block);
-            v.combined(y).store(errors);
-        }
-        let mut upper = p.0.iter_mut();
-        for (i, left) in gain.iter().enumerate() {
-            for (right, block) in gain[i..].iter().zip(&mut upper) {
-                load::<L>(block).minus_transposed_product(left, load(right)).store(block);
-            }
+/// Blocks side by side lose the products `leftᵀ right`.  They are at most three: so many of `right` stay in registers, and each number of `left` is spread over a vector once for all of them.
+#[inline(always)]
+fn reduce_row<L: Lanes, const N: usize>(left: &Rows, right: [Loaded<L>; N], mut blocks: [&mut Rows; N]) {
+    for k in 0..3 {
+        let [x, y, z] = left.spread_column::<L>(k);
+        for (Loaded([a, b, c]), block) in right.iter().zip(&mut blocks) {
+            let row = &mut block.0[k];
+            L::load(row).minus_times(x, *a).minus_times(y, *b).minus_times(z, *c).store(row);
         }
     }
 }
@@ -195,13 +269,46 @@ mod tests {
 
     use super::*;
     use crate::filter::blocks::dense::{BLOCK, Dense, difference, matrices, positive, shear, upper};
-    use crate::filter::lanes::Baseline;
     use crate::filter::states::Block::{AccelBias, Attitude, GyroBias, Position, Velocity};
+    use crate::lanes::Baseline;
     use crate::rotation::cross_matrix;
 
     fn assert_diagonal_blocks_are_symmetric(upper: &Upper) {
         for i in 0..BLOCKS {
             assert_eq!(upper[at(i, i)], upper[at(i, i)].transpose());
+        }
+    }
+
+    struct Predicting<'a> {
+        p: &'a mut Upper,
+        prediction: Prediction<'a>,
+    }
+
+    impl Work for Predicting<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) {
+            predict::<L>(self.p, &self.prediction);
+        }
+    }
+
+    struct Reduction<'a> {
+        p: &'a mut Upper,
+        b: usize,
+        whitener: &'a Matrix3<f64>,
+        y: &'a Vector3<f64>,
+        gain: &'a mut WhiteGain,
+        errors: &'a mut Errors,
+    }
+
+    impl Work for Reduction<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) {
+            let Self { p, b, whitener, y, gain, errors } = self;
+            reduce::<L>(p, b, whitener, y, gain, errors);
         }
     }
 
@@ -218,8 +325,8 @@ mod tests {
             let noise = Noise { position: position_noise, velocity, attitude, gyro_bias, accel_bias };
             let prediction = Prediction { half, tilt, bias: &bias, noise: &noise };
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
-            predict(&mut best, &prediction);
-            (&mut baseline, &prediction).run::<Baseline>();
+            predict::<Baseline>(&mut baseline, &prediction);
+            dispatch(Predicting { p: &mut best, prediction });
             let position = shear(Position, Velocity, &Matrix3::from_diagonal_element(half));
             let f = shear(Attitude, GyroBias, &bias)
                 * position * shear(Velocity, AccelBias, &bias) * shear(Velocity, Attitude, &cross_matrix(&tilt)) * position;
@@ -238,9 +345,8 @@ mod tests {
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             let (mut gain, mut errors) = (WhiteGain::default(), Errors::default());
             let y = &Vector3::new(0.1, -0.2, 0.3);
-            let rows = Rows::from(&whitener);
-            Reduction { p: &mut baseline, b, whitener: &rows, y, gain: &mut gain, errors: &mut errors }.run::<Baseline>();
-            reduce(&mut best, b, &whitener, y, &mut gain, &mut errors);
+            reduce::<Baseline>(&mut baseline, b, &whitener, y, &mut gain, &mut errors);
+            dispatch(Reduction { p: &mut best, b, whitener: &whitener, y, gain: &mut gain, errors: &mut errors });
             let v = whitener * dense.fixed_rows::<BLOCK>(BLOCK * b);
             let expected = dense - v.transpose() * v;
             for reduced in [best, baseline] {

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Matrix3x4, Vector3};
 
 use super::covariance::Covariance;
-use super::kernel::WhiteGain;
+use super::kernel::{Errors, WhiteGain};
 use super::states::{BLOCKS, Block, ErrorStates};
 
 /// Outcome of an observation.
@@ -25,6 +25,7 @@ pub struct Observation {
     pub(super) white_gain: WhiteGain,
     pub(super) whitener: Matrix3<f64>,
     pub(super) white_innovation: Vector3<f64>,
+    pub(super) errors: Errors,
 }
 
 /// What was observed, without its gain: that follows from the covariance at the time.
@@ -36,11 +37,20 @@ pub(crate) struct Observed {
 }
 
 impl Observation {
+    /// What was observed; its gain, and the errors that it tells of, follow from the covariance.
+    #[inline]
+    pub(super) fn prepared(block: Block, whitener: Matrix3<f64>, white_innovation: Vector3<f64>) -> Self {
+        let (white_gain, errors) = (WhiteGain::default(), Errors::default());
+        Self { block, white_gain, whitener, white_innovation, errors }
+    }
+
     /// The estimated errors K y.
     #[must_use]
     #[inline]
     pub fn errors(&self) -> ErrorStates {
-        ErrorStates(self.white_gain.errors(&self.white_innovation))
+        let [position, velocity, attitude, gyro_bias, accel_bias] = &self.errors;
+        let states = |[x, y, z, _]: &[f64; 4]| Vector3::new(*x, *y, *z);
+        ErrorStates([states(position), states(velocity), states(attitude), states(gyro_bias), states(accel_bias)])
     }
 
     /// Columns of error states after the observation: (I - K H) X.
@@ -70,7 +80,7 @@ impl Observation {
     #[inline]
     pub(crate) fn again(observed: &Observed) -> Self {
         let Observed { block, whitener, white_innovation } = *observed;
-        Self { block, white_gain: WhiteGain::default(), whitener, white_innovation }
+        Self::prepared(block, whitener, white_innovation)
     }
 
     /// What it takes to observe the same again.

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::states::{Block, Linear};
 use crate::rotation;
-use crate::strapdown::Step;
+use crate::strapdown::{Step, earth_turns};
 
 /// Variances that a step adds to the errors, the same on each axis; what is added is independent of all that was before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Noise {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     dt: f64,
-    specific_force: Vector3<f64>,
+    specific_velocity: Vector3<f64>,
     attitude: Matrix3<f64>,
     earth_rate: Vector3<f64>,
 }
@@ -38,7 +38,12 @@ impl Transition {
     #[must_use]
     #[inline]
     pub fn new(step: &Step, earth_rate: &Vector3<f64>) -> Self {
-        Self { dt: step.dt, specific_force: step.specific_force, attitude: step.attitude, earth_rate: *earth_rate }
+        Self {
+            dt: step.dt,
+            specific_velocity: step.specific_velocity,
+            attitude: step.attitude,
+            earth_rate: *earth_rate,
+        }
     }
 
     /// `x` becomes F x; a covariance becomes F P Fᵀ.
@@ -55,13 +60,13 @@ impl Transition {
     /// What velocity turns into position twice, s; the vector s of [s×], which turns a tilt into velocity, m/s; and the matrix that turns a bias into velocity or attitude, s.
     #[inline]
     pub(super) fn shears(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
-        (0.5 * self.dt, -self.dt * self.specific_force, -self.dt * self.attitude)
+        (0.5 * self.dt, -self.specific_velocity, -self.dt * self.attitude)
     }
 
     /// Whether the Earth turns.
     #[inline]
     pub(super) fn turns_with_earth(&self) -> bool {
-        self.earth_rate != Vector3::zeros()
+        earth_turns(&self.earth_rate)
     }
 
     /// The last step: the Earth turned.

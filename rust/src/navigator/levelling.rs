@@ -6,6 +6,7 @@
 use super::walk::{Setting, Walk};
 use crate::alignment::{Alignment, Gathered};
 use crate::error::NumericalError;
+use crate::lanes::Lanes;
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 
@@ -23,13 +24,14 @@ impl Levelling {
     }
 
     /// Takes the next sample; answers whether the walk begins, because the time is over or the foot moves.
-    pub(super) fn push(&mut self, setting: &Setting<'_>, sample: &ImuSample) -> Result<bool, NumericalError> {
+    #[inline(always)]
+    pub(super) fn push<L: Lanes>(&mut self, setting: &Setting<'_>, sample: &ImuSample) -> Result<bool, NumericalError> {
         match self.rest.gather(sample) {
             Gathered::Part => Ok(false),
             Gathered::Moving => Ok(true),
             Gathered::Rest => {
                 for sample in self.rest.block() {
-                    self.walk.settle(setting, sample)?;
+                    self.walk.settle::<L>(setting, sample)?;
                 }
                 self.rest.accept_block();
                 Ok(sample.time >= self.until)

@@ -17,7 +17,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::rotation::cross_matrix;
+use crate::navigator::interval::Interval;
+use crate::strapdown::Step;
 
 /// Longest contact that is part of a stride, s; over a longer one the strapdown's velocity does not stay wrong by a constant.
 const LONGEST_CONTACT: f64 = 1.0;
@@ -27,19 +28,6 @@ const SLIGHT_ROLL: f64 = 0.1;
 const WANDERING: f64 = 0.1;
 /// Share of what the contacts before told that is kept when a new one is over: a memory of some 20 strides.
 const KEPT: f64 = 0.95;
-
-/// What the strapdown saw of the foot over one interval.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Motion<'a> {
-    /// Angular rate, b, rad/s.
-    pub(super) angular_rate: Vector3<f64>,
-    /// Attitude, b to n.
-    pub(super) attitude: &'a Matrix3<f64>,
-    /// Change of velocity, n, m/s.
-    pub(super) velocity_gain: Vector3<f64>,
-    /// Length of the interval, s.
-    pub(super) dt: f64,
-}
 
 /// Learns what the foot rolls about.
 #[derive(Clone, Debug, Default)]
@@ -58,13 +46,13 @@ impl Rolling {
     }
 
     /// Goes on by one interval; a contact lasts while the angular rate is below `limit` (rad/s).
-    #[inline]
-    pub(super) fn step(&mut self, motion: &Motion<'_>, stationary: bool, limit: f64) {
-        if motion.dt <= 0.0 {
+    #[inline(always)]
+    pub(super) fn step(&mut self, interval: &Interval, stationary: bool, limit: f64) {
+        if interval.step.dt <= 0.0 {
             return;
         }
-        if motion.angular_rate.norm_squared() < limit.powi(2) {
-            self.contact.step(motion, stationary);
+        if interval.angular_rate.norm_squared() < limit.powi(2) {
+            self.contact.step(interval, stationary);
         } else if self.contact.duration > 0.0 {
             self.lift_off();
         }
@@ -76,6 +64,7 @@ impl Rolling {
     }
 
     /// The contact is over, and tells of r if the foot stood meanwhile.
+    #[cold]
     fn lift_off(&mut self) {
         let contact = std::mem::take(&mut self.contact);
         if !contact.stood || contact.duration > LONGEST_CONTACT {
@@ -100,31 +89,43 @@ struct Contact {
     velocity: Vector3<f64>,
     a: Matrix3<f64>,
     u: Vector3<f64>,
-    w_w: Matrix3<f64>,
+    /// Of the squares and of the mixed products x y, y z and z x of the angular rate.
+    squares: Vector3<f64>,
+    mixed: Vector3<f64>,
     a_u: Vector3<f64>,
 }
 
 impl Contact {
-    fn step(&mut self, motion: &Motion<'_>, stationary: bool) {
-        let Motion { angular_rate, attitude, velocity_gain, dt } = motion;
+    #[inline(always)]
+    fn step(&mut self, interval: &Interval, stationary: bool) {
+        let Interval { step: Step { dt, attitude, .. }, angular_rate, velocity_gain, .. } = interval;
         // The angular rate is the mean over the interval, so it goes with the velocity in the middle.
         let u = self.velocity + 0.5 * velocity_gain;
         self.velocity += velocity_gain;
         self.duration += dt;
         self.stood |= stationary;
         let angle = *dt * angular_rate;
-        self.a += *attitude * cross_matrix(&angle);
+        self.a += times_cross_matrix(attitude, &angle);
         self.u += *dt * u;
-        self.w_w += angle * angular_rate.transpose();
+        self.squares += angle.component_mul(angular_rate);
+        self.mixed += angle.component_mul(&angular_rate.yzx());
         self.a_u += attitude.tr_mul(&u).cross(&angle);
     }
 
     /// The normal equations of r with c eliminated; each contact has the same say however long it was.
     fn equations(&self) -> (Matrix3<f64>, Vector3<f64>) {
         let (a, u) = (self.a / self.duration, self.u / self.duration);
-        let a_a = Matrix3::from_diagonal_element(self.w_w.trace()) - self.w_w;
+        let ([xx, yy, zz], [xy, yz, zx]) = (self.squares.into(), self.mixed.into());
+        let a_a = Matrix3::new(yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy);
         (a_a / self.duration - a.tr_mul(&a), self.a_u / self.duration - a.tr_mul(&u))
     }
+}
+
+/// `C [v×]`.
+#[inline]
+fn times_cross_matrix(c: &Matrix3<f64>, v: &Vector3<f64>) -> Matrix3<f64> {
+    let [first, second, third] = [c.column(0), c.column(1), c.column(2)];
+    Matrix3::from_columns(&[v.z * second - v.y * third, v.x * third - v.z * first, v.y * first - v.x * second])
 }
 
 #[cfg(test)]
@@ -137,6 +138,11 @@ mod tests {
 
     const DT: f64 = 0.002;
     const LIMIT: f64 = 2.0;
+
+    fn interval(angular_rate: Vector3<f64>, attitude: Matrix3<f64>, velocity_gain: Vector3<f64>, dt: f64) -> Interval {
+        let step = Step { dt, specific_velocity: Vector3::zeros(), attitude };
+        Interval { step, bridged: 0.0, angular_rate, velocity_gain }
+    }
 
     /// A contact of `duration` s on a point at -`lever` (b) from the sensor, with a velocity that is wrong by a constant, and a fast swing after it.
     fn contact(rolling: &mut Rolling, lever: &Vector3<f64>, duration: f64, stationary: bool) {
@@ -151,17 +157,11 @@ mod tests {
             attitude *= exp(&(rate * DT));
             let now = velocity(&attitude);
             let matrix = attitude.to_rotation_matrix().into_inner();
-            let motion = Motion { angular_rate: rate, attitude: &matrix, velocity_gain: now - began, dt: DT };
-            rolling.step(&motion, stationary && (0.3..0.5).contains(&phase), LIMIT);
+            rolling.step(&interval(rate, matrix, now - began, DT), stationary && (0.3..0.5).contains(&phase), LIMIT);
             before = Some(now);
             time += DT;
         }
-        let swing = Motion {
-            angular_rate: Vector3::new(0.0, 5.0, 0.0),
-            attitude: &Matrix3::identity(),
-            velocity_gain: Vector3::zeros(),
-            dt: DT,
-        };
+        let swing = interval(Vector3::new(0.0, 5.0, 0.0), Matrix3::identity(), Vector3::zeros(), DT);
         rolling.step(&swing, false, LIMIT);
     }
 
@@ -196,16 +196,12 @@ mod tests {
 
     #[test]
     fn a_repeated_stamp_does_not_end_a_contact_but_an_interruption_does() {
-        let identity = Matrix3::identity();
-        let motion = |rate: f64, dt: f64| Motion {
-            angular_rate: Vector3::new(0.0, rate, 0.0),
-            attitude: &identity,
-            velocity_gain: Vector3::new(0.01, 0.0, 0.0),
-            dt,
+        let turn = |rate: f64, dt: f64| {
+            interval(Vector3::new(0.0, rate, 0.0), Matrix3::identity(), Vector3::new(0.01, 0.0, 0.0), dt)
         };
         let mut rolling = Rolling::default();
-        rolling.step(&motion(0.5, DT), true, LIMIT);
-        rolling.step(&motion(5.0, 0.0), false, LIMIT);
+        rolling.step(&turn(0.5, DT), true, LIMIT);
+        rolling.step(&turn(5.0, 0.0), false, LIMIT);
         assert!(rolling.contact.stood);
         rolling.interrupt();
         assert!(!rolling.contact.stood && rolling.contact.duration == 0.0);

@@ -9,9 +9,12 @@ use crate::filter::journal::Journal;
 use crate::filter::{ErrorStateFilter, Estimate};
 use crate::gait::Measured;
 use crate::health::{HealthMonitor, Reasons};
+use crate::lanes::{Lanes, Work, dispatch};
 use crate::navigator::footing::Footing;
-use crate::navigator::rolling::{Motion, Rolling};
+use crate::navigator::interval::Interval;
+use crate::navigator::rolling::Rolling;
 use crate::navigator::{Arrived, Solution};
+use crate::rotation::fused;
 use crate::sample::ImuSample;
 use crate::strapdown::{Increments, NavState, Step, Strapdown};
 
@@ -49,11 +52,11 @@ struct UnaidedVelocity {
 }
 
 impl UnaidedVelocity {
-    /// The velocity went from `before` to `after` by the strapdown alone.
+    /// The strapdown alone led to `velocity`, by a `gain`.
     #[inline]
-    fn step(&mut self, before: &Vector3<f64>, after: &Vector3<f64>, in_stance: bool) {
+    fn step(&mut self, velocity: &Vector3<f64>, gain: &Vector3<f64>, in_stance: bool) {
         let goes_on = in_stance && self.in_stance;
-        self.value = if goes_on { self.value + (after - before) } else { *after };
+        self.value = if goes_on { self.value + gain } else { *velocity };
         self.in_stance = in_stance;
     }
 }
@@ -74,7 +77,8 @@ impl Walk {
     }
 
     /// Goes through samples that came before the walk's first solution; a stride may start where the foot stood until then.
-    pub(super) fn through(
+    #[inline(always)]
+    pub(super) fn through<L: Lanes>(
         mut self,
         strapdown: &Strapdown,
         samples: &[ImuSample],
@@ -85,14 +89,16 @@ impl Walk {
             strides.journal()
         });
         for sample in samples {
-            self.step(strapdown, sample, Reasons::empty(), &mut journal);
+            self.step::<L>(strapdown, sample, Reasons::empty(), &mut journal);
         }
         self
     }
 
     /// The algorithm: strapdown, prediction, and what the detector and a foot at rest know.
-    #[inline]
-    pub(super) fn update(
+    ///
+    /// What only needs the strapdown comes before the prediction, while its numbers are still at hand.
+    #[inline(always)]
+    pub(super) fn update<L: Lanes>(
         &mut self,
         setting: &Setting<'_>,
         monitor: &mut HealthMonitor,
@@ -106,69 +112,54 @@ impl Walk {
             self.resume(sample, elapsed, journal);
             monitor.lose();
         }
-        let before = self.filter.estimate.nav.velocity;
-        let step = self.step(setting.strapdown, sample, *events, journal);
-        let stationary = decision.stationary && is_held_up(&step);
-        self.unaided.step(&before, &self.filter.estimate.nav.velocity, stationary);
-        self.roll(config, sample, &step, &before, stationary);
-        let stands = stationary && step.dt > 0.0 && self.stand(config, monitor, &step, sample, journal);
+        let interval = self.propagate::<L>(setting.strapdown, sample);
+        let dt = interval.step.dt;
+        let stationary = decision.stationary && is_held_up(&interval.step);
+        self.unaided.step(&self.filter.estimate.nav.velocity, &interval.velocity_gain, stationary);
+        self.rolling.step(&interval, stationary, config.rolling_rate);
+        let rests = self.rests(config, &interval, *events);
+        self.predict::<L>(&interval, *events, journal);
+        let stands = stationary && dt > 0.0 && self.stand::<L>(config, monitor, &interval, sample, journal);
         if !stands {
-            self.footing.go_on(step.dt, config.zero_velocity_shared);
+            self.footing.go_on(dt, config.zero_velocity_shared);
         }
-        if self.rests(config, sample, step.dt, *events) {
-            let update = self.filter.zero_angular_rate(sample, config.zero_angular_rate_std, journal);
+        if rests {
+            let update = self.filter.zero_angular_rate::<L>(sample, config.zero_angular_rate_std, journal);
             monitor.zero_angular_rate(update.accepted);
         }
-        self.filter.check()?;
+        if stationary || rests { self.filter.check() } else { self.filter.check_prediction() }?;
         let reasons = monitor.assess(sample.time, *events, || self.filter.tilt_std());
         Ok(Finding { zero_velocity: stationary, reasons })
     }
 
     /// A sample at which the foot is known to rest.
-    pub(super) fn settle(&mut self, setting: &Setting<'_>, sample: &ImuSample) -> Result<(), NumericalError> {
-        let step = self.step(setting.strapdown, sample, Reasons::empty(), &mut ());
-        if step.dt > 0.0 {
-            self.zero_velocity(setting.filter, sample, &mut ());
+    #[inline(always)]
+    pub(super) fn settle<L: Lanes>(&mut self, setting: &Setting<'_>, sample: &ImuSample) -> Result<(), NumericalError> {
+        let interval = self.step::<L>(setting.strapdown, sample, Reasons::empty(), &mut ());
+        let dt = interval.step.dt;
+        if dt > 0.0 {
+            self.zero_velocity::<L>(setting.filter, &interval.angular_rate, &mut ());
         }
-        if step.dt > 0.0 && setting.filter.zero_angular_rate {
-            self.filter.zero_angular_rate(sample, setting.filter.zero_angular_rate_std, &mut ());
+        if dt > 0.0 && setting.filter.zero_angular_rate {
+            self.filter.zero_angular_rate::<L>(sample, setting.filter.zero_angular_rate_std, &mut ());
         }
         self.filter.check()
     }
 
-    /// Learns what the foot rolls about from a step that found the velocity at `before`.
-    #[inline]
-    fn roll(
-        &mut self,
-        config: &FilterConfig,
-        sample: &ImuSample,
-        step: &Step,
-        before: &Vector3<f64>,
-        stationary: bool,
-    ) {
-        let motion = Motion {
-            angular_rate: self.angular_rate(sample),
-            attitude: &step.attitude,
-            velocity_gain: self.filter.estimate.nav.velocity - before,
-            dt: step.dt,
-        };
-        self.rolling.step(&motion, stationary, config.rolling_rate);
-    }
-
     /// What a foot on the ground tells, and whether its velocity was believed to be zero.
-    #[inline]
-    fn stand(
+    #[inline(always)]
+    fn stand<L: Lanes>(
         &mut self,
         config: &FilterConfig,
         monitor: &mut HealthMonitor,
-        step: &Step,
+        interval: &Interval,
         sample: &ImuSample,
         journal: &mut impl Journal,
     ) -> bool {
         match config.kind {
             FilterKind::Kf => {
-                self.observe_attitude(config, step, sample, journal);
-                let accepted = self.zero_velocity(config, sample, journal);
+                self.observe_attitude(config, &interval.step, sample, journal);
+                let accepted = self.zero_velocity::<L>(config, &interval.angular_rate, journal);
                 monitor.zero_velocity(sample.time, accepted);
                 accepted
             }
@@ -208,19 +199,25 @@ impl Walk {
     }
 
     /// Strapdown and prediction over the interval that `sample` ends.
-    #[inline]
-    pub(super) fn step(
+    #[inline(always)]
+    pub(super) fn step<L: Lanes>(
         &mut self,
         strapdown: &Strapdown,
         sample: &ImuSample,
         events: Reasons,
         journal: &mut impl Journal,
-    ) -> Step {
-        let bridged = strapdown.bridged(&self.previous, sample);
-        let step = self.propagate(strapdown, sample);
+    ) -> Interval {
+        let interval = self.propagate::<L>(strapdown, sample);
+        self.predict::<L>(&interval, events, journal);
+        interval
+    }
+
+    /// Prediction over an interval.
+    #[inline(always)]
+    fn predict<L: Lanes>(&mut self, interval: &Interval, events: Reasons, journal: &mut impl Journal) {
         let strayed = self.footing.take_strayed();
-        self.filter.predict(&step, events.contains(Reasons::CLIPPED), bridged, strayed, journal);
-        step
+        let clipped = events.contains(Reasons::CLIPPED);
+        self.filter.predict::<L>(&interval.step, clipped, interval.bridged, strayed, journal);
     }
 
     /// Goes on after a gap that is too long to be bridged.
@@ -232,15 +229,19 @@ impl Walk {
     }
 
     /// Strapdown over the interval that `sample` ends.
-    #[inline]
-    pub(super) fn propagate(&mut self, strapdown: &Strapdown, sample: &ImuSample) -> Step {
+    #[inline(always)]
+    fn propagate<L: Lanes>(&mut self, strapdown: &Strapdown, sample: &ImuSample) -> Interval {
+        let bridged = strapdown.bridged(&self.previous, sample);
         let Estimate { gyro_bias, accel_bias, nav } = &mut self.filter.estimate;
+        let angular_rate = sample.angular_rate - *gyro_bias;
+        let before = nav.velocity;
         let now = strapdown.increments(&self.previous, sample).without_bias(gyro_bias, accel_bias);
-        let step = strapdown.advance(nav, &self.increments, &now);
+        let step = strapdown.advance_on::<L>(nav, &self.increments, &now);
         nav.time = sample.time;
+        let velocity_gain = nav.velocity - before;
         self.previous = *sample;
         self.increments = now;
-        step
+        Interval { step, bridged, angular_rate, velocity_gain }
     }
 
     /// Where the strapdown alone leads from here.
@@ -250,26 +251,22 @@ impl Walk {
         longest_gap: f64,
         samples: impl Iterator<Item = &'a ImuSample>,
     ) -> NavState {
-        let mut walk = self.clone();
-        for sample in samples {
-            let elapsed = sample.time - walk.previous.time;
-            if elapsed > longest_gap {
-                walk.resume(sample, elapsed, &mut ());
-            }
-            walk.propagate(strapdown, sample);
-        }
-        walk.filter.estimate.nav
+        dispatch(Ahead { walk: self.clone(), strapdown, longest_gap, samples })
     }
 
     /// Zero-velocity update, up to what the foot rolls; a foot that stays still against the filter's belief is right in the end.
-    #[inline]
-    fn zero_velocity(&mut self, config: &FilterConfig, sample: &ImuSample, journal: &mut impl Journal) -> bool {
-        let angular_rate = self.angular_rate(sample);
-        let velocity = self.filter.estimate.nav.attitude * self.rolling.velocity(&angular_rate);
+    #[inline(always)]
+    fn zero_velocity<L: Lanes>(
+        &mut self,
+        config: &FilterConfig,
+        angular_rate: &Vector3<f64>,
+        journal: &mut impl Journal,
+    ) -> bool {
+        let velocity = fused::rotate::<L>(&self.filter.estimate.nav.attitude, &self.rolling.velocity(angular_rate));
         let wandering = config.zero_velocity_lever.powi(2) * angular_rate.norm_squared();
         let variance = config.zero_velocity_std.powi(2) + wandering;
         let insist = self.rejected_for > config.rejection_limit;
-        let accepted = self.filter.zero_velocity(&velocity, variance, insist, journal).accepted;
+        let accepted = self.filter.zero_velocity::<L>(&velocity, variance, insist, journal).accepted;
         self.rejected_for = if accepted { 0.0 } else { self.rejected_for + self.increments.dt };
         if accepted {
             self.footing.stand(variance);
@@ -279,21 +276,43 @@ impl Walk {
 
     /// Whether the foot has not turned for so long that the gyroscope reads its own bias.
     #[inline]
-    fn rests(&mut self, config: &FilterConfig, sample: &ImuSample, dt: f64, events: Reasons) -> bool {
+    fn rests(&mut self, config: &FilterConfig, interval: &Interval, events: Reasons) -> bool {
+        let dt = interval.step.dt;
         let seen = !events.contains(Reasons::GAP);
-        let still = seen && self.angular_rate(sample).norm_squared() < config.rest_rate.powi(2);
+        let still = seen && interval.angular_rate.norm_squared() < config.rest_rate.powi(2);
         self.still_for = if still { self.still_for + dt } else { 0.0 };
         let used = config.zero_angular_rate && config.kind == FilterKind::Kf;
         used && dt > 0.0 && self.still_for >= config.rest_duration
     }
+}
 
-    fn angular_rate(&self, sample: &ImuSample) -> Vector3<f64> {
-        sample.angular_rate - self.filter.estimate.gyro_bias
+/// See [`Walk::ahead`].
+struct Ahead<'a, I> {
+    walk: Walk,
+    strapdown: &'a Strapdown,
+    longest_gap: f64,
+    samples: I,
+}
+
+impl<'a, I: Iterator<Item = &'a ImuSample>> Work for Ahead<'_, I> {
+    type Output = NavState;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> NavState {
+        let Self { mut walk, strapdown, longest_gap, samples } = self;
+        for sample in samples {
+            let elapsed = sample.time - walk.previous.time;
+            if elapsed > longest_gap {
+                walk.resume(sample, elapsed, &mut ());
+            }
+            walk.propagate::<L>(strapdown, sample);
+        }
+        walk.filter.estimate.nav
     }
 }
 
 /// Whether the ground carries the foot.  A detector looks at magnitudes, and a foot that is braked with twice gravity on its way up feels the magnitude of gravity, upside down.
 #[inline]
 fn is_held_up(step: &Step) -> bool {
-    step.specific_force.z > 0.0 || step.dt == 0.0
+    step.specific_velocity.z > 0.0 || step.dt == 0.0
 }

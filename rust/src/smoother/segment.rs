@@ -212,7 +212,7 @@ mod tests {
             .prop_map(|(force, turn, tie, block, axis, reading)| Move {
                 step: StrapdownStep {
                     dt: 0.1,
-                    specific_force: force,
+                    specific_velocity: 0.1 * force,
                     attitude: UnitQuaternion::from_scaled_axis(turn).to_rotation_matrix().into_inner(),
                 },
                 tie: tie.map(|v| crate::rotation::cross_matrix(&v)),
