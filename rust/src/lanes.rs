@@ -39,7 +39,10 @@ pub(crate) trait Lanes: Copy {
 
     /// `self + factor * other`.
     #[must_use]
-    fn plus(self, factor: f64, other: Self) -> Self;
+    #[inline(always)]
+    fn plus(self, factor: f64, other: Self) -> Self {
+        self.plus_times(Self::splat(factor), other)
+    }
 
     /// `self + a * b`, number by number.
     #[must_use]
@@ -126,11 +129,6 @@ impl Lanes for Baseline {
     #[inline(always)]
     fn times(self, other: Self) -> Self {
         Self(self.0 * other.0)
-    }
-
-    #[inline(always)]
-    fn plus(self, factor: f64, other: Self) -> Self {
-        Self(other.0.mul_add(wide::f64x4::splat(factor), self.0))
     }
 
     #[inline(always)]
@@ -224,12 +222,6 @@ mod avx {
         fn times(self, other: Self) -> Self {
             // SAFETY: the processor has AVX.
             Self(unsafe { _mm256_mul_pd(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn plus(self, factor: f64, other: Self) -> Self {
-            // SAFETY: the processor has AVX and FMA.
-            Self(unsafe { _mm256_fmadd_pd(_mm256_set1_pd(factor), other.0, self.0) })
         }
 
         #[inline(always)]

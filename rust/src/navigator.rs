@@ -35,7 +35,7 @@ use compass::Compass;
 use levelling::Levelling;
 use scale::ScaleErrors;
 use walk::{Finding, Setting, Walk};
-use work::{Advance, Follow, Release, SolveAtStart, SolveWithJournal};
+use work::{Advance, Follow, Release, SolveInFull};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
 const SLOWEST_RATE: f64 = 20.0;
@@ -198,6 +198,7 @@ impl Navigator {
         dispatch(Follow { navigator: self, block, came_out })
     }
 
+    /// A sample that was found good waits for its decision, and the oldest that waits may get one.
     #[inline(always)]
     fn take<L: Lanes>(&mut self, raw: &ImuSample, events: Reasons) -> Result<bool, Error> {
         self.first_time.get_or_insert(raw.time);
@@ -441,12 +442,10 @@ impl Navigator {
     #[inline(always)]
     fn solve<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        let Phase::Walking(walk) = &mut self.phase else {
-            return L::call(SolveAtStart { navigator: self, arrived: *arrived, decision: *decision });
+        let alone = self.smoother.is_none() && self.strides.is_none() && self.compass.is_none();
+        let (Phase::Walking(walk), true) = (&mut self.phase, alone) else {
+            return L::call(SolveInFull { navigator: self, arrived: *arrived, decision: *decision });
         };
-        if self.smoother.is_some() || self.strides.is_some() || self.compass.is_some() {
-            return L::call(SolveWithJournal { navigator: self, arrived: *arrived, decision: *decision });
-        }
         let found = walk.update::<L>(&setting, &mut self.monitor, arrived, decision, &mut ())?;
         self.reasons_so_far |= found.reasons;
         let solution = walk.solution(found);
@@ -454,9 +453,9 @@ impl Navigator {
         Ok(true)
     }
 
-    /// The same with a magnetometer, and for those who need to know what the filter did.
+    /// The same at the start, with a magnetometer, and for those who need to know what the filter did.
     #[inline(always)]
-    fn solve_with_journal<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+    fn solve_in_full<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         let Phase::Walking(walk) = &mut self.phase else { return self.solve_at_start::<L>(arrived, decision) };
         let strides = self.strides.as_mut().map(Measured::journal);

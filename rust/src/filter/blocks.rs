@@ -175,8 +175,7 @@ impl<L: Lanes> Loaded<L> {
     /// `self + factor * other`.
     #[inline(always)]
     pub(super) fn plus(self, factor: f64, other: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([a.plus(factor, x), b.plus(factor, y), c.plus(factor, z)])
+        self.plus_scaled(L::splat(factor), other)
     }
 
     #[inline(always)]

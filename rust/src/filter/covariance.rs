@@ -21,7 +21,7 @@ use crate::lanes::{Lanes, dispatch};
 
 mod work;
 
-use work::{Observe, ObserveAgain, ObserveWhite, Predict, PredictOnEarth};
+use work::{Observe, ObserveAgain, Predict, PredictOnEarth};
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +107,8 @@ impl Covariance {
         variance: f64,
         gate: f64,
     ) -> (Update, Option<Observation>) {
-        dispatch(Observe { p: self, block, innovation, variance, gate })
+        let whitener = self.whitener(block, variance);
+        dispatch(Observe { p: self, block, whitener, innovation, gate })
     }
 
     /// As [`Covariance::observe`], on the lanes that the caller is compiled for; the observation, which is large, comes to be where it is `used`.
@@ -120,9 +121,13 @@ impl Covariance {
         gate: f64,
         used: &mut Option<Observation>,
     ) -> Update {
-        let b = block.index();
-        let innovation_covariance = self.get(b, b) + Matrix3::from_diagonal_element(variance);
-        self.observe_white::<L>(block, inverse_cholesky_factor(&innovation_covariance), innovation, gate, used)
+        self.observe_white::<L>(block, self.whitener(block, variance), innovation, gate, used)
+    }
+
+    /// The inverse factor of the innovation covariance of a block; none if that is not positive.
+    #[inline(always)]
+    fn whitener(&self, block: Block, variance: f64) -> Option<Matrix3<f64>> {
+        inverse_cholesky_factor(&(self.block(block, block) + Matrix3::from_diagonal_element(variance)))
     }
 
     /// Observes one state of `block`, that of an axis.  As [`Covariance::observe`].
@@ -142,7 +147,7 @@ impl Covariance {
         });
         let mut along_axis = Vector3::zeros();
         along_axis[axis] = innovation;
-        dispatch(ObserveWhite { p: self, block, whitener, innovation: &along_axis, gate })
+        dispatch(Observe { p: self, block, whitener, innovation: &along_axis, gate })
     }
 
     /// Observes a block with the inverse factor of its innovation covariance.

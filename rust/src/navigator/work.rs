@@ -62,34 +62,20 @@ impl Work for Release<'_> {
     }
 }
 
-/// See [`Navigator::solve_at_start`].
-pub(super) struct SolveAtStart<'a> {
+/// See [`Navigator::solve_in_full`].
+///
+/// It owns what it needs, so that what is handed to the more frequent case may stay in registers.
+pub(super) struct SolveInFull<'a> {
     pub(super) navigator: &'a mut Navigator,
     pub(super) arrived: Arrived,
     pub(super) decision: Decision,
 }
 
-impl Work for SolveAtStart<'_> {
+impl Work for SolveInFull<'_> {
     type Output = Result<bool, Error>;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        self.navigator.solve_at_start::<L>(&self.arrived, &self.decision)
-    }
-}
-
-/// See [`Navigator::solve_with_journal`].
-pub(super) struct SolveWithJournal<'a> {
-    pub(super) navigator: &'a mut Navigator,
-    pub(super) arrived: Arrived,
-    pub(super) decision: Decision,
-}
-
-impl Work for SolveWithJournal<'_> {
-    type Output = Result<bool, Error>;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        self.navigator.solve_with_journal::<L>(&self.arrived, &self.decision)
+        self.navigator.solve_in_full::<L>(&self.arrived, &self.decision)
     }
 }

@@ -24,7 +24,7 @@ impl Work for Predict<'_> {
     }
 }
 
-/// The same where the Earth turns: the noise is added after it turned.
+/// See [`Covariance::predict_on`], where the Earth turns: the noise is added after it turned.
 ///
 /// It owns what it needs, so that what is handed to the more frequent case may stay in registers.
 pub(super) struct PredictOnEarth<'a> {
@@ -48,29 +48,8 @@ impl Work for PredictOnEarth<'_> {
     }
 }
 
-/// See [`Covariance::observe`].
+/// See [`Covariance::observe_white`].
 pub(super) struct Observe<'a> {
-    pub(super) p: &'a mut Covariance,
-    pub(super) block: Block,
-    pub(super) innovation: &'a Vector3<f64>,
-    pub(super) variance: f64,
-    pub(super) gate: f64,
-}
-
-impl Work for Observe<'_> {
-    type Output = (Update, Option<Observation>);
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> Self::Output {
-        let Self { p, block, innovation, variance, gate } = self;
-        let mut used = None;
-        let update = p.observe_on::<L>(block, innovation, variance, gate, &mut used);
-        (update, used)
-    }
-}
-
-/// See [`Covariance::observe_axis`].
-pub(super) struct ObserveWhite<'a> {
     pub(super) p: &'a mut Covariance,
     pub(super) block: Block,
     pub(super) whitener: Option<Matrix3<f64>>,
@@ -78,7 +57,7 @@ pub(super) struct ObserveWhite<'a> {
     pub(super) gate: f64,
 }
 
-impl Work for ObserveWhite<'_> {
+impl Work for Observe<'_> {
     type Output = (Update, Option<Observation>);
 
     #[inline(always)]
