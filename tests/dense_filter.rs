@@ -49,7 +49,8 @@ struct DenseFilter {
 impl DenseFilter {
     fn step(&mut self, config: &Config, sample: &ImuSample, decision: &Decision) {
         let Estimate { nav, gyro_bias, accel_bias } = &mut self.estimate;
-        let now = self.strapdown.increments(&self.previous, sample).without_bias(gyro_bias, accel_bias);
+        let [previous, current] = [&self.previous, sample].map(|sample| sample.without_bias(gyro_bias, accel_bias));
+        let now = self.strapdown.increments(&previous, &current);
         let step = self.strapdown.advance(nav, &self.increments, &now);
         (self.previous, self.increments) = (*sample, now);
         let f = transition(&step);
@@ -146,9 +147,8 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64) {
                 nominal_interval: 1.0 / rate,
             };
             let biases = before.unwrap();
-            let increments = strapdown
-                .increments(&samples[index - 1], &samples[index])
-                .without_bias(&biases.gyro_bias, &biases.accel_bias);
+            let unbiased = |index: usize| samples[index].without_bias(&biases.gyro_bias, &biases.accel_bias);
+            let increments = strapdown.increments(&unbiased(index - 1), &unbiased(index));
             let (covariance, previous) = (covariance.dense(), samples[index]);
             dense = Some(DenseFilter {
                 strapdown,

@@ -42,9 +42,7 @@ impl Kept {
     /// Takes the navigator's newest solution.
     #[inline]
     fn take(&mut self, navigator: &Navigator) {
-        if let Some(solution) = navigator.latest() {
-            self.newest.push(solution, &mut self.trajectory);
-        }
+        navigator.look_at_latest(|solution| self.newest.push(solution, &mut self.trajectory));
         if let Some(unaided) = &mut self.unaided {
             unaided.push(navigator.unaided_velocity());
         }

@@ -85,23 +85,19 @@ impl Correction {
 pub(crate) struct Calibrator {
     accel: Correction,
     gyro: Correction,
-    is_identity: bool,
 }
 
 impl Calibrator {
-    pub(crate) fn new(calibration: &Calibration) -> Self {
-        Self {
+    /// None if there is nothing to correct.
+    pub(crate) fn new(calibration: &Calibration) -> Option<Self> {
+        (*calibration != Calibration::default()).then(|| Self {
             accel: Correction::new(&calibration.accel_matrix, &calibration.accel_bias),
             gyro: Correction::new(&calibration.gyro_matrix, &calibration.gyro_bias),
-            is_identity: *calibration == Calibration::default(),
-        }
+        })
     }
 
     #[inline]
     pub(crate) fn apply(&self, raw: &ImuSample) -> ImuSample {
-        if self.is_identity {
-            return *raw;
-        }
         ImuSample {
             time: raw.time,
             specific_force: self.accel.apply(&raw.specific_force),
@@ -129,7 +125,8 @@ mod tests {
             specific_force: accel.try_inverse().unwrap() * truth.specific_force + Vector3::from(calibration.accel_bias),
             angular_rate: gyro.try_inverse().unwrap() * truth.angular_rate + Vector3::from(calibration.gyro_bias),
         };
-        let corrected = Calibrator::new(&calibration).apply(&raw);
+        let corrected = Calibrator::new(&calibration).unwrap().apply(&raw);
+        assert!(Calibrator::new(&Calibration::default()).is_none());
         assert!((corrected.specific_force - truth.specific_force).norm() < 1e-14);
         assert!((corrected.angular_rate - truth.angular_rate).norm() < 1e-14);
     }

@@ -170,7 +170,10 @@ pub fn decide_all_with<E: From<ConfigError>>(
     let mut decisions = Vec::with_capacity(samples.len());
     for stretch in samples.chunks(STRETCH) {
         watch()?;
-        decisions.extend(stretch.iter().filter_map(|raw| detector.push(&calibrator.apply(raw))));
+        decisions.extend(stretch.iter().filter_map(|raw| match &calibrator {
+            None => detector.push(raw),
+            Some(calibrator) => detector.push(&calibrator.apply(raw)),
+        }));
     }
     decisions.extend(std::iter::from_fn(|| detector.drain()));
     Ok(decisions)

@@ -66,8 +66,7 @@ impl Estimate {
         let ErrorStates([position, velocity, attitude, gyro_bias, accel_bias]) = errors;
         self.nav.position += position;
         self.nav.velocity += velocity;
-        let turned = fused::product::<L>(&fused::exp::<L>(attitude), &self.nav.attitude);
-        self.nav.attitude = fused::renormalize::<L>(&turned);
+        self.nav.attitude = fused::turn_after::<L>(&self.nav.attitude, attitude);
         self.gyro_bias += gyro_bias;
         self.accel_bias += accel_bias;
     }
@@ -373,7 +372,7 @@ impl ErrorStateFilter {
     ///
     /// # Errors
     /// As [`ErrorStateFilter::check`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn check_prediction(&self) -> Result<(), NumericalError> {
         let [x, y, z] = self.covariance.diagonal(Block::Position).into();
         let positive = x > 0.0 && y > 0.0 && z > 0.0;

@@ -1,7 +1,5 @@
 //! The navigator: the way of a sample from the sensor to the track, in one place.
 
-use std::collections::VecDeque;
-
 use nalgebra::Vector3;
 
 use crate::alignment::Alignment;
@@ -28,12 +26,14 @@ mod interval;
 mod levelling;
 mod rolling;
 mod scale;
+mod waiting;
 mod walk;
 mod work;
 
 use compass::Compass;
 use levelling::Levelling;
 use scale::ScaleErrors;
+use waiting::{Arrived, Waiting};
 use walk::{Finding, Setting, Walk};
 use work::{Advance, Follow, Release, SolveInFull};
 
@@ -62,10 +62,10 @@ pub struct Solution {
 pub struct Navigator {
     config: Config,
     intake: Intake,
-    calibrator: Calibrator,
+    /// Absent if there is nothing to correct.
+    calibrator: Option<Calibrator>,
     detector: Box<dyn Detector>,
-    /// Samples that wait for their decision.
-    pending: VecDeque<Arrived>,
+    waiting: Waiting,
     strapdown: Strapdown,
     phase: Phase,
     smoother: Option<Smoother>,
@@ -73,21 +73,21 @@ pub struct Navigator {
     scale: Option<ScaleErrors>,
     compass: Option<Compass>,
     monitor: HealthMonitor,
-    latest: Option<Solution>,
+    latest: Latest,
     /// All that spoke against a solution since the start was aligned.
     reasons_so_far: Reasons,
     first_time: Option<f64>,
-    /// The newest sample, once none waits.
-    last_released: Option<ImuSample>,
     ended: bool,
     failure: Option<Error>,
 }
 
-/// A calibrated sample and what is held against it.
-#[derive(Clone, Copy)]
-struct Arrived {
-    sample: ImuSample,
-    events: Reasons,
+/// The newest solution that came out.
+enum Latest {
+    None,
+    /// The walk's estimate as it is, with what was found beside it.
+    OfWalk(Finding),
+    /// That of the start, or one that was held back or changed after the filter found it.
+    Apart(Solution),
 }
 
 /// What the navigator is doing.
@@ -150,7 +150,7 @@ impl Navigator {
         Ok(Self {
             intake: Intake::new(&config, strapdown.nominal_interval),
             calibrator: Calibrator::new(&config.calibration),
-            pending: VecDeque::with_capacity(detector.latency() + 1),
+            waiting: Waiting::with_room_for(detector.latency()),
             detector,
             strapdown,
             phase: Phase::start(&config, &strapdown),
@@ -159,10 +159,9 @@ impl Navigator {
             scale: ScaleErrors::new(&config.sensor),
             compass: Compass::new(&config.magnetometer),
             monitor: HealthMonitor::new(config.health.clone()),
-            latest: None,
+            latest: Latest::None,
             reasons_so_far: Reasons::empty(),
             first_time: None,
-            last_released: None,
             ended: false,
             failure: None,
             config,
@@ -177,7 +176,7 @@ impl Navigator {
     /// [`Navigator::reset`].
     #[inline]
     pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
-        Ok(if self.advance(raw)? { self.latest } else { None })
+        Ok(if self.advance(raw)? { self.latest() } else { None })
     }
 
     /// As [`Navigator::push`], but the solution stays where [`Navigator::latest`] shows it; answers whether there is a new one.
@@ -202,8 +201,9 @@ impl Navigator {
     #[inline(always)]
     fn take<L: Lanes>(&mut self, raw: &ImuSample, events: Reasons) -> Result<bool, Error> {
         self.first_time.get_or_insert(raw.time);
-        self.pending.push_back(Arrived { sample: self.calibrator.apply(raw), events });
-        let Some(Arrived { sample, .. }) = self.pending.back() else { return Ok(false) };
+        let corrected = self.calibrator.as_ref().map(|calibrator| calibrator.apply(raw));
+        let sample = corrected.as_ref().unwrap_or(raw);
+        self.waiting.push(sample, events);
         match self.detector.push(sample) {
             Some(decision) => self.release::<L>(&decision),
             None => Ok(false),
@@ -235,7 +235,7 @@ impl Navigator {
     /// [`NumericalError`] when the filter cannot go on.
     pub fn flush(&mut self) -> Result<Trajectory, Error> {
         self.check_running()?;
-        let mut solutions = Trajectory::with_capacity(self.pending.len());
+        let mut solutions = Trajectory::with_capacity(self.waiting.len());
         while let Some(solution) = self.drain()? {
             solutions.push(&solution);
         }
@@ -253,7 +253,7 @@ impl Navigator {
     pub(crate) fn drain(&mut self) -> Result<Option<Solution>, Error> {
         while let Some(decision) = self.detector.drain() {
             if dispatch(Release { navigator: self, decision: &decision })? {
-                return Ok(self.latest);
+                return Ok(self.latest());
             }
         }
         if let Some(strides) = &mut self.strides {
@@ -261,7 +261,7 @@ impl Navigator {
         }
         let Some(left) = self.smoother.as_mut().and_then(Smoother::drain) else { return Ok(None) };
         self.hand_out(left);
-        Ok(self.latest)
+        Ok(self.latest())
     }
 
     /// Makes room for solutions that have to wait for the end of the data.
@@ -286,7 +286,7 @@ impl Navigator {
     /// Forgets everything but the settings.
     pub fn reset(&mut self) {
         self.detector.reset();
-        self.pending.clear();
+        self.waiting = Waiting::with_room_for(self.detector.latency());
         self.intake = Intake::new(&self.config, self.strapdown.nominal_interval);
         self.phase = Phase::start(&self.config, &self.strapdown);
         self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
@@ -294,10 +294,9 @@ impl Navigator {
         self.scale = ScaleErrors::new(&self.config.sensor);
         self.compass = Compass::new(&self.config.magnetometer);
         self.monitor = HealthMonitor::new(self.config.health.clone());
-        self.latest = None;
+        self.latest = Latest::None;
         self.reasons_so_far = Reasons::empty();
         self.first_time = None;
-        self.last_released = None;
         self.ended = false;
         self.failure = None;
     }
@@ -310,8 +309,18 @@ impl Navigator {
 
     /// The newest solution that came out.
     #[must_use]
-    pub fn latest(&self) -> Option<&Solution> {
-        self.latest.as_ref()
+    pub fn latest(&self) -> Option<Solution> {
+        self.look_at_latest(|solution| *solution)
+    }
+
+    /// Something of the newest solution that came out, which need not be put together for it.
+    #[inline]
+    pub(crate) fn look_at_latest<T>(&self, something: impl FnOnce(&Solution) -> T) -> Option<T> {
+        match (&self.latest, &self.phase) {
+            (Latest::OfWalk(found), Phase::Walking(walk)) => Some(something(&walk.solution(*found))),
+            (Latest::Apart(solution), _) => Some(something(solution)),
+            _ => None,
+        }
     }
 
     /// The state at the newest sample: the newest solution carried forward by the strapdown alone.
@@ -321,10 +330,10 @@ impl Navigator {
     /// # Errors
     /// [`NumericalError`] when the samples that wait for their decision are too large to integrate.
     pub fn now(&self) -> Result<Option<NavState>, NumericalError> {
-        let Some(newest) = self.newest().copied() else { return Ok(None) };
+        let Some(newest) = self.waiting.newest().copied() else { return Ok(None) };
         let state = match &self.phase {
             Phase::Walking(walk) => {
-                let samples = self.pending.iter().map(|arrived| &arrived.sample);
+                let samples = self.waiting.iter().map(|arrived| &arrived.sample);
                 walk.ahead(&self.strapdown, self.config.health.longest_gap, samples)
             }
             Phase::Levelling(levelling) => levelling.state(&newest),
@@ -370,9 +379,10 @@ impl Navigator {
     /// Trust in the newest solution.
     #[must_use]
     pub fn health(&self) -> Health {
-        let std = self.latest.map_or(Vector3::zeros(), |solution| solution.position_std);
+        let latest = self.latest();
+        let std = latest.map_or(Vector3::zeros(), |solution| solution.position_std);
         Health {
-            reasons: self.latest.map_or(Reasons::ALIGNING, |solution| solution.reasons),
+            reasons: latest.map_or(Reasons::ALIGNING, |solution| solution.reasons),
             counters: Counters { updates: self.monitor.updates, ..self.intake.counters },
             horizontal_std: std.x.hypot(std.y),
             vertical_std: std.z,
@@ -394,7 +404,7 @@ impl Navigator {
     pub fn check_aligned(&self) -> Result<(), DataError> {
         let Phase::Aligning(alignment) = &self.phase else { return Ok(()) };
         let first = self.first_time.unwrap_or(0.0);
-        let last = self.newest().map_or(first, |sample| sample.time);
+        let last = self.waiting.newest().map_or(first, |sample| sample.time);
         Err(DataError::TooShort {
             samples: self.intake.counters.samples,
             duration: last - first,
@@ -410,12 +420,6 @@ impl Navigator {
         if self.compass.as_ref().is_none_or(Compass::has_read) { Ok(()) } else { Err(DataError::NoField) }
     }
 
-    /// The newest sample.
-    #[inline]
-    fn newest(&self) -> Option<&ImuSample> {
-        self.pending.back().map(|arrived| &arrived.sample).or(self.last_released.as_ref())
-    }
-
     fn check_running(&self) -> Result<(), Error> {
         match &self.failure {
             Some(failure) => Err(failure.clone()),
@@ -427,33 +431,36 @@ impl Navigator {
     /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since the sample is lost.
     #[inline(always)]
     fn release<L: Lanes>(&mut self, decision: &Decision) -> Result<bool, Error> {
-        let Some(arrived) = self.pending.pop_front() else { return Ok(false) };
-        if self.pending.is_empty() {
-            self.last_released = Some(arrived.sample);
+        let solved = self.solve::<L>(decision);
+        self.waiting.release();
+        match solved {
+            Ok(came_out) => Ok(came_out),
+            Err(failure) => Err(self.fail(failure)),
         }
-        let released = self.solve::<L>(&arrived, decision);
-        if let Err(failure) = &released {
-            self.failure = Some(failure.clone());
-        }
-        released
     }
 
-    /// Solves a sample, and answers whether a solution came out.
+    #[cold]
+    fn fail(&mut self, failure: Error) -> Error {
+        self.failure = Some(failure.clone());
+        failure
+    }
+
+    /// Solves the oldest waiting sample, and answers whether a solution came out.
     #[inline(always)]
-    fn solve<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
+    fn solve<L: Lanes>(&mut self, decision: &Decision) -> Result<bool, Error> {
+        let Some(&arrived) = self.waiting.oldest() else { return Ok(false) };
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        let alone = self.smoother.is_none() && self.strides.is_none() && self.compass.is_none();
+        let alone = self.smoother.is_none() && self.strides.is_none() && self.compass.is_none() && self.scale.is_none();
         let (Phase::Walking(walk), true) = (&mut self.phase, alone) else {
-            return L::call(SolveInFull { navigator: self, arrived: *arrived, decision: *decision });
+            return L::call(SolveInFull { navigator: self, arrived, decision: *decision });
         };
-        let found = walk.update::<L>(&setting, &mut self.monitor, arrived, decision, &mut ())?;
+        let found = walk.update::<L>(&setting, &mut self.monitor, &arrived, decision, &mut ())?;
         self.reasons_so_far |= found.reasons;
-        let solution = walk.solution(found);
-        self.hand_out(solution);
+        self.latest = Latest::OfWalk(found);
         Ok(true)
     }
 
-    /// The same at the start, with a magnetometer, and for those who need to know what the filter did.
+    /// The same at the start, with a magnetometer, and where what comes out is not the filter's solution alone.
     #[inline(always)]
     fn solve_in_full<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<bool, Error> {
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
@@ -492,7 +499,6 @@ impl Navigator {
     }
 
     /// A solution comes out.
-    #[inline]
     fn hand_out(&mut self, mut solution: Solution) {
         if let Some(scale) = &mut self.scale {
             scale.widen(&mut solution);
@@ -500,7 +506,7 @@ impl Navigator {
         if let Some(strides) = &mut self.strides {
             strides.come_out(&solution);
         }
-        self.latest = Some(solution);
+        self.latest = Latest::Apart(solution);
     }
 
     /// One more sample of the start.

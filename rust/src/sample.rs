@@ -57,6 +57,18 @@ impl ImuSample {
         Self { time, specific_force: specific_force.into(), angular_rate: angular_rate.into() }
     }
 
+    /// The sample less constant biases (rad/s, m/s²).
+    #[must_use]
+    #[expect(clippy::inline_always, reason = "small beside a call, once for every sample")]
+    #[inline(always)]
+    pub fn without_bias(&self, gyro_bias: &Vector3<f64>, accel_bias: &Vector3<f64>) -> Self {
+        Self {
+            time: self.time,
+            specific_force: self.specific_force - accel_bias,
+            angular_rate: self.angular_rate - gyro_bias,
+        }
+    }
+
     /// Checks that every number is finite.
     ///
     /// # Errors

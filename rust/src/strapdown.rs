@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::lanes::{Baseline, Lanes};
-use crate::rotation::{self, fused};
+use crate::rotation::fused;
 use crate::sample::ImuSample;
 
 /// Number of nominal intervals that one sample speaks for.
@@ -84,13 +84,6 @@ impl Increments {
     /// No interval at all.
     pub(crate) const NONE: Self =
         Self { dt: 0.0, angle: Vector3::new(0.0, 0.0, 0.0), velocity: Vector3::new(0.0, 0.0, 0.0) };
-
-    /// The increments less what constant biases (rad/s, m/s²) contribute.
-    #[must_use]
-    #[inline]
-    pub fn without_bias(&self, gyro_bias: &Vector3<f64>, accel_bias: &Vector3<f64>) -> Self {
-        Self { dt: self.dt, angle: self.angle - self.dt * gyro_bias, velocity: self.velocity - self.dt * accel_bias }
-    }
 }
 
 /// What one step of the mechanization did, as the error model needs it.
@@ -120,25 +113,21 @@ pub struct Strapdown {
 impl Strapdown {
     /// The increments of the interval that ends with `current`.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn increments(&self, previous: &ImuSample, current: &ImuSample) -> Increments {
         let dt = current.time - previous.time;
+        let mut now = Increments { dt, angle: dt * current.angular_rate, velocity: dt * current.specific_force };
         let bridged = self.bridged(previous, current);
-        if bridged == 0.0 {
-            return Increments { dt, angle: dt * current.angular_rate, velocity: dt * current.specific_force };
+        if bridged > 0.0 {
+            now.angle += 0.5 * bridged * (previous.angular_rate - current.angular_rate);
+            now.velocity += 0.5 * bridged * (previous.specific_force - current.specific_force);
         }
-        let before = 0.5 * bridged;
-        let own = dt - before;
-        Increments {
-            dt,
-            angle: own * current.angular_rate + before * previous.angular_rate,
-            velocity: own * current.specific_force + before * previous.specific_force,
-        }
+        now
     }
 
     /// Part of the interval between two stamps that no sample speaks for, s; zero when none is missing.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn bridged(&self, previous: &ImuSample, current: &ImuSample) -> f64 {
         (current.time - previous.time - REACH * self.nominal_interval).max(0.0)
     }
@@ -153,13 +142,15 @@ impl Strapdown {
     pub(crate) fn advance_on<L: Lanes>(&self, state: &mut NavState, before: &Increments, now: &Increments) -> Step {
         let dt = now.dt;
         let start = state.velocity;
-        let (attitude, specific_velocity) = match self.kind {
-            MechanizationKind::TwoSample => self.two_sample::<L>(&state.attitude, before, now),
-            MechanizationKind::SingleSample => self.single_sample::<L>(&state.attitude, now),
-            MechanizationKind::FirstOrder => first_order(&state.attitude, now),
+        let (rotation_vector, specific_velocity) = match self.kind {
+            MechanizationKind::TwoSample => two_sample::<L>(before, now),
+            MechanizationKind::SingleSample => single_sample::<L>(now),
+            MechanizationKind::FirstOrder => first_order::<L>(now),
         };
+        let specific_velocity = fused::rotate::<L>(&state.attitude, &specific_velocity);
+        let attitude = self.turn::<L>(&state.attitude, &rotation_vector, dt);
         let matrix = match self.kind {
-            MechanizationKind::FirstOrder => published(&state.attitude, &now.angle),
+            MechanizationKind::FirstOrder => published::<L>(&state.attitude, &now.angle),
             _ => fused::matrix::<L>(&attitude),
         };
         state.velocity += specific_velocity;
@@ -176,33 +167,9 @@ impl Strapdown {
         Step { dt, specific_velocity, attitude: matrix }
     }
 
-    /// Coning turns the rotation vector by `w θ' × θ`; rotation and sculling turn the velocity by `½ θ × v + w (θ' × v + v' × θ)`.
-    #[inline(always)]
-    fn two_sample<L: Lanes>(
-        &self,
-        attitude: &UnitQuaternion<f64>,
-        before: &Increments,
-        now: &Increments,
-    ) -> (UnitQuaternion<f64>, Vector3<f64>) {
-        let weight = pairing_weight(before.dt, now.dt);
-        let (turned, gained) = (weight * before.angle, weight * before.velocity);
-        let rotation_vector = fused::plus_cross::<L>(&now.angle, &turned, &now.angle);
-        let rotated = fused::plus_scaled::<L>(&turned, 0.5, &now.angle);
-        let specific_velocity = fused::plus_cross::<L>(&now.velocity, &rotated, &now.velocity);
-        let specific_velocity = fused::plus_cross::<L>(&specific_velocity, &gained, &now.angle);
-        (self.turn::<L>(attitude, &rotation_vector, now.dt), fused::rotate::<L>(attitude, &specific_velocity))
-    }
-
-    #[inline(always)]
-    fn single_sample<L: Lanes>(
-        &self,
-        attitude: &UnitQuaternion<f64>,
-        now: &Increments,
-    ) -> (UnitQuaternion<f64>, Vector3<f64>) {
-        let specific_velocity = fused::plus_cross::<L>(&now.velocity, &(0.5 * now.angle), &now.velocity);
-        (self.turn::<L>(attitude, &now.angle, now.dt), fused::rotate::<L>(attitude, &specific_velocity))
-    }
-
+    /// The attitude after a turn of the sensor, and of the Earth but for the first-order form.
+    ///
+    /// It is the attitude before that is brought back to unit length: that needs not wait for the turn, and one turn leaves no more than rounding.
     #[inline(always)]
     fn turn<L: Lanes>(
         &self,
@@ -210,11 +177,46 @@ impl Strapdown {
         rotation_vector: &Vector3<f64>,
         dt: f64,
     ) -> UnitQuaternion<f64> {
-        let turned = fused::product::<L>(attitude, &fused::exp::<L>(rotation_vector));
-        let turned =
-            if earth_turns(&self.earth_rate) { rotation::exp(&(-dt * self.earth_rate)) * turned } else { turned };
-        fused::renormalize::<L>(&turned)
+        let turned = fused::turn_before::<L>(&fused::renormalize::<L>(attitude), rotation_vector);
+        if self.kind == MechanizationKind::FirstOrder || !earth_turns(&self.earth_rate) {
+            return turned;
+        }
+        fused::turn_after::<L>(&turned, &(-dt * self.earth_rate))
     }
+}
+
+// Each form gives the rotation vector (rad) and the integral of the specific force (m/s) in b as it was when the interval began.
+
+/// Coning turns the rotation vector by `w θ' × θ`; rotation and sculling turn the velocity by `½ θ × v + w (θ' × v + v' × θ)`.
+#[inline(always)]
+fn two_sample<L: Lanes>(before: &Increments, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+    let weight = pairing_weight(before.dt, now.dt);
+    let coning = fused::cross::<L>(&before.angle, &now.angle);
+    let sculling = fused::cross::<L>(&before.angle, &now.velocity);
+    let sculling = fused::plus_cross::<L>(&sculling, &before.velocity, &now.angle);
+    let (rotation_vector, rotated) = single_sample::<L>(now);
+    (fused::plus_scaled::<L>(&rotation_vector, weight, &coning), fused::plus_scaled::<L>(&rotated, weight, &sculling))
+}
+
+/// Rotation turns the velocity by `½ θ × v`.
+#[inline(always)]
+fn single_sample<L: Lanes>(now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+    (now.angle, fused::plus_cross::<L>(&now.velocity, &(0.5 * now.angle), &now.velocity))
+}
+
+/// The rotation nearest to C (I + [θ×]) turns by atan |θ| about θ; the velocity turns with the matrix before it is made orthonormal, as published.
+#[inline(always)]
+fn first_order<L: Lanes>(now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+    let angle = now.angle.norm();
+    let nearest = if angle > 0.0 { angle.atan() / angle } else { 1.0 };
+    (nearest * now.angle, fused::plus_cross::<L>(&now.velocity, &now.angle, &now.velocity))
+}
+
+/// C (I + [θ×]), as published.
+#[inline(always)]
+fn published<L: Lanes>(attitude: &UnitQuaternion<f64>, angle: &Vector3<f64>) -> Matrix3<f64> {
+    let matrix = fused::matrix::<L>(attitude);
+    fused::plus_times_cross_matrix::<L>(&matrix, &matrix, angle)
 }
 
 /// Whether a rotation rate of the Earth is not neglected.
@@ -229,17 +231,4 @@ pub(crate) fn earth_turns(rate: &Vector3<f64>) -> bool {
 #[inline]
 fn pairing_weight(before: f64, now: f64) -> f64 {
     if before > 0.0 { now * now / (6.0 * before * (before + now)) } else { 0.0 }
-}
-
-/// C (I + [θ×]), as published.
-fn published(attitude: &UnitQuaternion<f64>, angle: &Vector3<f64>) -> Matrix3<f64> {
-    attitude.to_rotation_matrix().matrix() * (Matrix3::identity() + rotation::cross_matrix(angle))
-}
-
-/// The rotation nearest to C (I + [θ×]) turns by atan |θ| about θ; the velocity turns with the matrix before it is made orthonormal, as published.
-fn first_order(attitude: &UnitQuaternion<f64>, now: &Increments) -> (UnitQuaternion<f64>, Vector3<f64>) {
-    let angle = now.angle.norm();
-    let nearest = if angle > 0.0 { now.angle * (angle.atan() / angle) } else { now.angle };
-    let turned = rotation::renormalize(attitude * rotation::exp(&nearest));
-    (turned, attitude * (now.velocity + now.angle.cross(&now.velocity)))
 }

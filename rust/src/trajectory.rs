@@ -1,6 +1,6 @@
 //! Solutions, column by column.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
 use crate::batch::Batch;
 use crate::config::Config;
@@ -69,17 +69,15 @@ impl Trajectory {
 
     /// Appends one solution.
     pub fn push(&mut self, solution: &Solution) {
-        let row = |v: &Vector3<f64>| [v.x, v.y, v.z];
         let estimate = &solution.estimate;
-        let q = estimate.nav.attitude.coords;
         self.time.push(estimate.nav.time);
-        self.position.push(row(&estimate.nav.position));
-        self.velocity.push(row(&estimate.nav.velocity));
-        self.quaternion.push([q.x, q.y, q.z, q.w]);
+        self.position.push(estimate.nav.position.into());
+        self.velocity.push(estimate.nav.velocity.into());
+        self.quaternion.push(estimate.nav.attitude.coords.into());
         self.zero_velocity.push(solution.zero_velocity);
-        self.position_std.push(row(&solution.position_std));
-        self.gyro_bias.push(row(&estimate.gyro_bias));
-        self.accel_bias.push(row(&estimate.accel_bias));
+        self.position_std.push(solution.position_std.into());
+        self.gyro_bias.push(estimate.gyro_bias.into());
+        self.accel_bias.push(estimate.accel_bias.into());
         self.reasons.push(solution.reasons);
     }
 
@@ -119,10 +117,10 @@ impl Trajectory {
     }
 }
 
-impl<'a> Extend<&'a Solution> for Trajectory {
-    fn extend<T: IntoIterator<Item = &'a Solution>>(&mut self, solutions: T) {
+impl Extend<Solution> for Trajectory {
+    fn extend<T: IntoIterator<Item = Solution>>(&mut self, solutions: T) {
         for solution in solutions {
-            self.push(solution);
+            self.push(&solution);
         }
     }
 }

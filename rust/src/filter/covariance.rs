@@ -277,7 +277,7 @@ impl Linear for Covariance {
 }
 
 /// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that the square roots wait for no one; none if it is not positive.
-#[inline]
+#[inline(always)]
 fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let inverse = |x: f64| (x > 0.0 && x.is_finite()).then(|| 1.0 / x);
     let d0 = inverse(s.m11)?;

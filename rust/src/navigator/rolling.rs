@@ -17,7 +17,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::lanes::Lanes;
 use crate::navigator::interval::Interval;
+use crate::rotation::fused;
 use crate::strapdown::Step;
 
 /// Longest contact that is part of a stride, s; over a longer one the strapdown's velocity does not stay wrong by a constant.
@@ -47,12 +49,12 @@ impl Rolling {
 
     /// Goes on by one interval; a contact lasts while the angular rate is below `limit` (rad/s).
     #[inline(always)]
-    pub(super) fn step(&mut self, interval: &Interval, stationary: bool, limit: f64) {
+    pub(super) fn step<L: Lanes>(&mut self, interval: &Interval, stationary: bool, limit: f64) {
         if interval.step.dt <= 0.0 {
             return;
         }
         if interval.angular_rate.norm_squared() < limit.powi(2) {
-            self.contact.step(interval, stationary);
+            self.contact.step::<L>(interval, stationary);
         } else if self.contact.duration > 0.0 {
             self.lift_off();
         }
@@ -97,19 +99,19 @@ struct Contact {
 
 impl Contact {
     #[inline(always)]
-    fn step(&mut self, interval: &Interval, stationary: bool) {
+    fn step<L: Lanes>(&mut self, interval: &Interval, stationary: bool) {
         let Interval { step: Step { dt, attitude, .. }, angular_rate, velocity_gain, .. } = interval;
         // The angular rate is the mean over the interval, so it goes with the velocity in the middle.
-        let u = self.velocity + 0.5 * velocity_gain;
+        let u = fused::plus_scaled::<L>(&self.velocity, 0.5, velocity_gain);
         self.velocity += velocity_gain;
         self.duration += dt;
         self.stood |= stationary;
         let angle = *dt * angular_rate;
-        self.a += times_cross_matrix(attitude, &angle);
-        self.u += *dt * u;
+        self.a = fused::plus_times_cross_matrix::<L>(&self.a, attitude, &angle);
+        self.u = fused::plus_scaled::<L>(&self.u, *dt, &u);
         self.squares += angle.component_mul(angular_rate);
         self.mixed += angle.component_mul(&angular_rate.yzx());
-        self.a_u += attitude.tr_mul(&u).cross(&angle);
+        self.a_u = fused::plus_cross::<L>(&self.a_u, &attitude.tr_mul(&u), &angle);
     }
 
     /// The normal equations of r with c eliminated; each contact has the same say however long it was.
@@ -121,19 +123,13 @@ impl Contact {
     }
 }
 
-/// `C [v×]`.
-#[inline]
-fn times_cross_matrix(c: &Matrix3<f64>, v: &Vector3<f64>) -> Matrix3<f64> {
-    let [first, second, third] = [c.column(0), c.column(1), c.column(2)];
-    Matrix3::from_columns(&[v.z * second - v.y * third, v.x * third - v.z * first, v.y * first - v.x * second])
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 
     use super::*;
+    use crate::lanes::Baseline;
     use crate::rotation::exp;
 
     const DT: f64 = 0.002;
@@ -157,12 +153,16 @@ mod tests {
             attitude *= exp(&(rate * DT));
             let now = velocity(&attitude);
             let matrix = attitude.to_rotation_matrix().into_inner();
-            rolling.step(&interval(rate, matrix, now - began, DT), stationary && (0.3..0.5).contains(&phase), LIMIT);
+            rolling.step::<Baseline>(
+                &interval(rate, matrix, now - began, DT),
+                stationary && (0.3..0.5).contains(&phase),
+                LIMIT,
+            );
             before = Some(now);
             time += DT;
         }
         let swing = interval(Vector3::new(0.0, 5.0, 0.0), Matrix3::identity(), Vector3::zeros(), DT);
-        rolling.step(&swing, false, LIMIT);
+        rolling.step::<Baseline>(&swing, false, LIMIT);
     }
 
     proptest! {
@@ -200,8 +200,8 @@ mod tests {
             interval(Vector3::new(0.0, rate, 0.0), Matrix3::identity(), Vector3::new(0.01, 0.0, 0.0), dt)
         };
         let mut rolling = Rolling::default();
-        rolling.step(&turn(0.5, DT), true, LIMIT);
-        rolling.step(&turn(5.0, 0.0), false, LIMIT);
+        rolling.step::<Baseline>(&turn(0.5, DT), true, LIMIT);
+        rolling.step::<Baseline>(&turn(5.0, 0.0), false, LIMIT);
         assert!(rolling.contact.stood);
         rolling.interrupt();
         assert!(!rolling.contact.stood && rolling.contact.duration == 0.0);

@@ -116,7 +116,7 @@ impl Walk {
         let dt = interval.step.dt;
         let stationary = decision.stationary && is_held_up(&interval.step);
         self.unaided.step(&self.filter.estimate.nav.velocity, &interval.velocity_gain, stationary);
-        self.rolling.step(&interval, stationary, config.rolling_rate);
+        self.rolling.step::<L>(&interval, stationary, config.rolling_rate);
         let rests = self.rests(config, &interval, *events);
         self.predict::<L>(&interval, *events, journal);
         let stands = stationary && dt > 0.0 && self.stand::<L>(config, monitor, &interval, sample, journal);
@@ -158,7 +158,9 @@ impl Walk {
     ) -> bool {
         match config.kind {
             FilterKind::Kf => {
-                self.observe_attitude(config, &interval.step, sample, journal);
+                if let Some(threshold) = config.attitude_threshold {
+                    self.observe_attitude(config, threshold, interval.step, sample, journal);
+                }
                 let accepted = self.zero_velocity::<L>(config, &interval.angular_rate, journal);
                 monitor.zero_velocity(sample.time, accepted);
                 accepted
@@ -175,16 +177,23 @@ impl Walk {
     }
 
     /// What the accelerometer shows of the attitude, where it reads nothing but gravity.
-    #[inline]
-    fn observe_attitude(&mut self, config: &FilterConfig, step: &Step, sample: &ImuSample, journal: &mut impl Journal) {
-        let Some(threshold) = config.attitude_threshold else { return };
+    ///
+    /// It owns the step, so that those of all other samples may stay in registers.
+    fn observe_attitude(
+        &mut self,
+        config: &FilterConfig,
+        threshold: f64,
+        step: Step,
+        sample: &ImuSample,
+        journal: &mut impl Journal,
+    ) {
         if self.filter.gravity_residual(sample).abs() >= threshold {
             return;
         }
         match config.attitude_update {
             AttitudeUpdate::None => {}
-            AttitudeUpdate::Gravity => self.filter.gravity(step, sample, config.attitude_std, journal),
-            AttitudeUpdate::Iaa => self.filter.accelerometer_attitude(step, sample, config.attitude_std, journal),
+            AttitudeUpdate::Gravity => self.filter.gravity(&step, sample, config.attitude_std, journal),
+            AttitudeUpdate::Iaa => self.filter.accelerometer_attitude(&step, sample, config.attitude_std, journal),
         }
     }
 
@@ -233,15 +242,15 @@ impl Walk {
     fn propagate<L: Lanes>(&mut self, strapdown: &Strapdown, sample: &ImuSample) -> Interval {
         let bridged = strapdown.bridged(&self.previous, sample);
         let Estimate { gyro_bias, accel_bias, nav } = &mut self.filter.estimate;
-        let angular_rate = sample.angular_rate - *gyro_bias;
         let before = nav.velocity;
-        let now = strapdown.increments(&self.previous, sample).without_bias(gyro_bias, accel_bias);
+        let unbiased = sample.without_bias(gyro_bias, accel_bias);
+        let now = strapdown.increments(&self.previous.without_bias(gyro_bias, accel_bias), &unbiased);
         let step = strapdown.advance_on::<L>(nav, &self.increments, &now);
         nav.time = sample.time;
         let velocity_gain = nav.velocity - before;
         self.previous = *sample;
         self.increments = now;
-        Interval { step, bridged, angular_rate, velocity_gain }
+        Interval { step, bridged, angular_rate: unbiased.angular_rate, velocity_gain }
     }
 
     /// Where the strapdown alone leads from here.
@@ -275,7 +284,7 @@ impl Walk {
     }
 
     /// Whether the foot has not turned for so long that the gyroscope reads its own bias.
-    #[inline]
+    #[inline(always)]
     fn rests(&mut self, config: &FilterConfig, interval: &Interval, events: Reasons) -> bool {
         let dt = interval.step.dt;
         let seen = !events.contains(Reasons::GAP);

@@ -193,7 +193,7 @@ impl PyNavigator {
 
     /// Something of the newest solution.
     fn of_latest<T>(&self, something: impl FnOnce(&Solution) -> T) -> PyResult<Option<T>> {
-        Ok(self.inner.lock()?.latest().map(something))
+        Ok(self.inner.lock()?.look_at_latest(something))
     }
 }
 

@@ -7,6 +7,12 @@ use crate::lanes::Lanes;
 /// Square of half an angle up to which a polynomial replaces sine and cosine.
 const SMALL: f64 = 0.0625;
 
+/// `a × b`.
+#[inline(always)]
+pub(crate) fn cross<L: Lanes>(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(L::fused(a.y, b.z, -a.z * b.y), L::fused(a.z, b.x, -a.x * b.z), L::fused(a.x, b.y, -a.y * b.x))
+}
+
 /// `c + a × b`.
 #[inline(always)]
 pub(crate) fn plus_cross<L: Lanes>(c: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
@@ -23,22 +29,53 @@ pub(crate) fn plus_scaled<L: Lanes>(c: &Vector3<f64>, a: f64, b: &Vector3<f64>) 
     Vector3::new(L::fused(a, b.x, c.x), L::fused(a, b.y, c.y), L::fused(a, b.z, c.z))
 }
 
+/// `m + c [v×]`.
+#[inline(always)]
+pub(crate) fn plus_times_cross_matrix<L: Lanes>(m: &Matrix3<f64>, c: &Matrix3<f64>, v: &Vector3<f64>) -> Matrix3<f64> {
+    let a = plus_cross::<L>(&Vector3::new(m.m11, m.m12, m.m13), &Vector3::new(c.m11, c.m12, c.m13), v);
+    let b = plus_cross::<L>(&Vector3::new(m.m21, m.m22, m.m23), &Vector3::new(c.m21, c.m22, c.m23), v);
+    let c = plus_cross::<L>(&Vector3::new(m.m31, m.m32, m.m33), &Vector3::new(c.m31, c.m32, c.m33), v);
+    Matrix3::new(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z)
+}
+
 /// `q v q*`.
 #[inline(always)]
 pub(crate) fn rotate<L: Lanes>(q: &UnitQuaternion<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let axis = Vector3::new(q.i, q.j, q.k);
-    let moved = plus_cross::<L>(&Vector3::zeros(), &axis, &(2.0 * v));
+    let moved = cross::<L>(&axis, &(2.0 * v));
     plus_cross::<L>(&plus_scaled::<L>(v, q.w, &moved), &axis, &moved)
 }
 
-/// Hamilton's product.
+/// `q exp(ρ)`: a turn by |ρ| about ρ (rad) in the frame that q leads from.
 #[inline(always)]
-pub(crate) fn product<L: Lanes>(p: &UnitQuaternion<f64>, q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn turn_before<L: Lanes>(q: &UnitQuaternion<f64>, rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let half = 0.5 * rotation_vector;
+    let axis = Vector3::new(q.i, q.j, q.k);
+    part_way::<L>(q, &half, &plus_cross::<L>(&(q.w * half), &axis, &half))
+}
+
+/// `exp(ρ) q`: a turn by |ρ| about ρ (rad) in the frame that q leads to.
+#[inline(always)]
+pub(crate) fn turn_after<L: Lanes>(q: &UnitQuaternion<f64>, rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let half = 0.5 * rotation_vector;
+    let axis = Vector3::new(q.i, q.j, q.k);
+    part_way::<L>(q, &half, &plus_cross::<L>(&(q.w * half), &half, &axis))
+}
+
+/// `q cos |h| + q' sin |h| / |h|`, where q' is the product of q and h, and its vector needs not wait for sine and cosine.
+#[inline(always)]
+fn part_way<L: Lanes>(
+    q: &UnitQuaternion<f64>,
+    half: &Vector3<f64>,
+    vector_of_product: &Vector3<f64>,
+) -> UnitQuaternion<f64> {
+    let (cos, sinc) = cos_and_sinc::<L>(half);
+    let scalar_of_product = L::fused(q.i, half.x, L::fused(q.j, half.y, q.k * half.z));
     UnitQuaternion::new_unchecked(Quaternion::new(
-        L::fused(p.w, q.w, L::fused(-p.i, q.i, L::fused(-p.j, q.j, -p.k * q.k))),
-        L::fused(p.w, q.i, L::fused(p.i, q.w, L::fused(p.j, q.k, -p.k * q.j))),
-        L::fused(p.w, q.j, L::fused(p.j, q.w, L::fused(p.k, q.i, -p.i * q.k))),
-        L::fused(p.w, q.k, L::fused(p.k, q.w, L::fused(p.i, q.j, -p.j * q.i))),
+        L::fused(-sinc, scalar_of_product, cos * q.w),
+        L::fused(sinc, vector_of_product.x, cos * q.i),
+        L::fused(sinc, vector_of_product.y, cos * q.j),
+        L::fused(sinc, vector_of_product.z, cos * q.k),
     ))
 }
 
@@ -65,38 +102,45 @@ pub(crate) fn matrix<L: Lanes>(q: &UnitQuaternion<f64>) -> Matrix3<f64> {
 #[inline(always)]
 pub(crate) fn exp<L: Lanes>(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let half = 0.5 * rotation_vector;
-    let x = L::fused(half.x, half.x, L::fused(half.y, half.y, half.z * half.z));
-    if x > SMALL {
-        return exp_of_large(rotation_vector);
-    }
-    let sinc =
-        polynomial::<L, 6>(x, [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0]);
-    let cos = polynomial::<L, 7>(
-        x,
-        [1.0, -0.5, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0, -1.0 / 3_628_800.0, 1.0 / 479_001_600.0],
-    );
+    let (cos, sinc) = cos_and_sinc::<L>(&half);
     UnitQuaternion::new_unchecked(Quaternion::new(cos, sinc * half.x, sinc * half.y, sinc * half.z))
 }
 
-/// Horner's scheme; the coefficients come in the order of the powers.
+/// Cosine of |h| and its sine over |h|.
 #[inline(always)]
-fn polynomial<L: Lanes, const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
-    let mut sum = coefficients[N - 1];
-    for k in (0..N - 1).rev() {
-        sum = L::fused(x, sum, coefficients[k]);
+fn cos_and_sinc<L: Lanes>(half: &Vector3<f64>) -> (f64, f64) {
+    let x = L::fused(half.x, half.x, half.y * half.y) + half.z * half.z;
+    if x > SMALL {
+        return cos_and_sinc_of_large(x);
     }
-    sum
+    let sinc =
+        polynomial::<L>(x, [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0, 0.0]);
+    let cos = polynomial::<L>(
+        x,
+        [1.0, -0.5, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0, -1.0 / 3_628_800.0, 1.0 / 479_001_600.0],
+    );
+    (cos, sinc)
+}
+
+/// Estrin's scheme; the coefficients come in the order of the powers.
+#[inline(always)]
+fn polynomial<L: Lanes>(x: f64, [a, b, c, d, e, f, g]: [f64; 7]) -> f64 {
+    let y = x * x;
+    let low = L::fused(y, L::fused(x, d, c), L::fused(x, b, a));
+    let high = L::fused(y, g, L::fused(x, f, e));
+    L::fused(y * y, high, low)
 }
 
 #[cold]
-fn exp_of_large(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_scaled_axis(*rotation_vector)
+fn cos_and_sinc_of_large(x: f64) -> (f64, f64) {
+    let angle = x.sqrt();
+    (angle.cos(), angle.sin() / angle)
 }
 
 /// A quaternion that has drifted a little brought back to unit length: see [`super::renormalize`].
 #[inline(always)]
 pub(crate) fn renormalize<L: Lanes>(q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     let (x, y, z, w) = (q.i, q.j, q.k, q.w);
-    let square = L::fused(x, x, L::fused(y, y, L::fused(z, z, w * w)));
+    let square = L::fused(x, x, y * y) + L::fused(z, z, w * w);
     UnitQuaternion::new_unchecked(q.into_inner() * L::fused(-0.5, square, 1.5))
 }

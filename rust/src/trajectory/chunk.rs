@@ -1,7 +1,5 @@
 //! The newest rows of a trajectory, on their way into its columns.
 
-use nalgebra::Vector3;
-
 use crate::health::Reasons;
 use crate::navigator::Solution;
 use crate::trajectory::Trajectory;
@@ -47,16 +45,14 @@ impl Chunk {
     #[inline]
     pub(crate) fn push(&mut self, solution: &Solution, trajectory: &mut Trajectory) {
         let (at, estimate) = (self.rows % ROWS, &solution.estimate);
-        let row = |v: &Vector3<f64>| [v.x, v.y, v.z];
-        let q = estimate.nav.attitude.coords;
         self.time[at] = estimate.nav.time;
-        self.position[at] = row(&estimate.nav.position);
-        self.velocity[at] = row(&estimate.nav.velocity);
-        self.quaternion[at] = [q.x, q.y, q.z, q.w];
+        self.position[at] = estimate.nav.position.into();
+        self.velocity[at] = estimate.nav.velocity.into();
+        self.quaternion[at] = estimate.nav.attitude.coords.into();
         self.zero_velocity[at] = solution.zero_velocity;
-        self.position_std[at] = row(&solution.position_std);
-        self.gyro_bias[at] = row(&estimate.gyro_bias);
-        self.accel_bias[at] = row(&estimate.accel_bias);
+        self.position_std[at] = solution.position_std.into();
+        self.gyro_bias[at] = estimate.gyro_bias.into();
+        self.accel_bias[at] = estimate.accel_bias.into();
         self.reasons[at] = solution.reasons;
         self.rows = at + 1;
         if self.rows == ROWS {
@@ -86,7 +82,7 @@ impl Chunk {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
     use crate::filter::Estimate;

@@ -1,0 +1,117 @@
+//! Samples that wait for their decision.
+
+use crate::health::Reasons;
+use crate::sample::ImuSample;
+
+/// A calibrated sample and what is held against it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Arrived {
+    pub(super) sample: ImuSample,
+    pub(super) events: Reasons,
+}
+
+/// The samples that wait, in the order of their arrival.
+///
+/// Each is copied once, to where it is read in the end; a queue of the standard library takes it by way of the stack, and what has just been stored there in other pieces must be waited for.
+#[derive(Clone, Debug)]
+pub(super) struct Waiting {
+    /// A ring.
+    places: Vec<Option<Arrived>>,
+    /// Where the next one comes.
+    next: usize,
+    count: usize,
+}
+
+impl Waiting {
+    /// With room for `samples`; there will be more if they have to wait for longer.
+    pub(super) fn with_room_for(samples: usize) -> Self {
+        Self { places: vec![None; samples + 1], next: 0, count: 0 }
+    }
+
+    #[inline]
+    pub(super) fn push(&mut self, sample: &ImuSample, events: Reasons) {
+        if self.count == self.places.len() {
+            self.make_room();
+        }
+        self.places[self.next] = Some(Arrived { sample: *sample, events });
+        self.next = if self.next + 1 == self.places.len() { 0 } else { self.next + 1 };
+        self.count += 1;
+    }
+
+    /// The one that has waited for longest.
+    #[inline]
+    pub(super) fn oldest(&self) -> Option<&Arrived> {
+        if self.count == 0 {
+            return None;
+        }
+        let before = if self.next < self.count { self.places.len() } else { 0 };
+        self.places[self.next + before - self.count].as_ref()
+    }
+
+    /// The oldest waits no longer.
+    #[inline]
+    pub(super) fn release(&mut self) {
+        self.count = self.count.saturating_sub(1);
+    }
+
+    /// The sample that came last, whether it waits or not.
+    pub(super) fn newest(&self) -> Option<&ImuSample> {
+        self.last(1).next().map(|arrived| &arrived.sample)
+    }
+
+    /// Those that wait, the oldest first.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Arrived> {
+        self.last(self.count)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    fn last(&self, count: usize) -> impl Iterator<Item = &Arrived> {
+        let (later, earlier) = self.places.split_at(self.next);
+        earlier.iter().chain(later).skip(self.places.len() - count).flatten()
+    }
+
+    #[cold]
+    fn make_room(&mut self) {
+        self.places.rotate_left(self.next);
+        self.next = self.places.len();
+        self.places.resize(2 * self.places.len(), None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn samples_leave_in_the_order_in_which_they_came(room in 0usize..4, pushes in prop::collection::vec(any::<bool>(), 0..40)) {
+            let mut waiting = Waiting::with_room_for(room);
+            let (mut expected, mut newest) = (VecDeque::new(), None);
+            for (k, push) in (0_u16..).zip(pushes) {
+                if push {
+                    let number = f64::from(k);
+                    let arrived = Arrived {
+                        sample: ImuSample::new(number, [number; 3], [-number; 3]),
+                        events: Reasons::from_bits_truncate(k),
+                    };
+                    waiting.push(&arrived.sample, arrived.events);
+                    expected.push_back(arrived);
+                    newest = Some(arrived.sample);
+                } else {
+                    prop_assert_eq!(waiting.oldest().copied(), expected.pop_front());
+                    waiting.release();
+                }
+                prop_assert_eq!(waiting.len(), expected.len());
+                prop_assert!(waiting.iter().eq(&expected));
+                prop_assert_eq!(waiting.newest().copied(), newest);
+            }
+        }
+    }
+}
