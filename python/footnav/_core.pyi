@@ -2,7 +2,7 @@ from collections.abc import Callable
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, disjoint_base
 
 from footnav.stance import StanceDetector
@@ -63,11 +63,11 @@ class Navigator:
     def push(self, t: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> bool: ...
     def _push_columns(
         self,
-        t: NDArray[np.float64],
-        accel: NDArray[np.float64],
-        gyro: NDArray[np.float64],
+        t: ArrayLike,
+        accel: ArrayLike,
+        gyro: ArrayLike,
         mag: NDArray[np.float64] | None = None,
-    ) -> Columns: ...
+    ) -> Columns | None: ...
     def _flush_columns(self) -> Columns: ...
     def _stride_columns(self) -> dict[str, Any]: ...
     def reset(self) -> None: ...

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
     from footnav.stance import StanceDetector
 
-_FLOAT = np.dtype(np.float64)
-"""The type of number that needs no conversion; to compare with ``np.float64`` is to make it anew."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
@@ -143,7 +140,9 @@ class Navigator(_core.Navigator):
             The filter cannot go on; :meth:`reset` begins anew.
         """
         field = None if mag is None else _floats("mag", mag, 2)
-        found = self._push_columns(_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field)
+        found = self._push_columns(t, accel, gyro, field)
+        if found is None:
+            return self.push_block(_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field)
         return Trajectory.of_block(found, self._placed)
 
     def flush(self) -> Trajectory:
@@ -215,8 +214,6 @@ def placed(config: Config) -> dict[str, Any]:
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
     """Return what was given as an array of floats, or say what is wrong with it."""
-    if type(values) is np.ndarray and values.dtype == _FLOAT and values.ndim == dimensions:
-        return values
     array = to_floats(name, values)
     if array.ndim != dimensions:
         expected = "(n,)" if dimensions == 1 else "(n, 3)"

@@ -225,8 +225,16 @@ impl Navigator {
     /// As [`Navigator::push`]; a block with a bad sample is refused as a whole, before any of it was used.
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<Trajectory, Error> {
         let mut solutions = Trajectory::with_capacity(block.len());
-        self.follow(block, |navigator| solutions.extend(navigator.latest()))?;
+        self.push_block_into(block, &mut solutions)?;
         Ok(solutions)
+    }
+
+    /// As [`Navigator::push_block`], for any collection of solutions.
+    ///
+    /// # Errors
+    /// As [`Navigator::push_block`].
+    pub fn push_block_into(&mut self, block: &[ImuSample], solutions: &mut impl Extend<Solution>) -> Result<(), Error> {
+        self.follow(block, |navigator| solutions.extend(navigator.latest()))
     }
 
     /// Ends the data and returns the solutions of the last [`Navigator::latency`] samples.
@@ -234,13 +242,22 @@ impl Navigator {
     /// # Errors
     /// [`NumericalError`] when the filter cannot go on.
     pub fn flush(&mut self) -> Result<Trajectory, Error> {
-        self.check_running()?;
         let mut solutions = Trajectory::with_capacity(self.waiting.len());
+        self.flush_into(&mut solutions)?;
+        Ok(solutions)
+    }
+
+    /// As [`Navigator::flush`], for any collection of solutions.
+    ///
+    /// # Errors
+    /// As [`Navigator::flush`].
+    pub fn flush_into(&mut self, solutions: &mut impl Extend<Solution>) -> Result<(), Error> {
+        self.check_running()?;
         while let Some(solution) = self.drain()? {
-            solutions.push(&solution);
+            solutions.extend(Some(solution));
         }
         self.ended = true;
-        Ok(solutions)
+        Ok(())
     }
 
     /// Checks a block of raw samples before any of it is used.

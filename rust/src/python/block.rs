@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use numpy::ndarray::{ArrayView1, ArrayView2, s};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArray};
 use pyo3::prelude::*;
 
 use crate::error::Error;
@@ -12,6 +12,18 @@ use crate::sample::{ImuSample, MagSample};
 
 /// Stamps, specific force and angular rate.
 pub(super) type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
+
+/// Arrays as columns; none if one of them has still to be made an array of numbers of so many dimensions.
+///
+/// That goes for an instance of a subclass, too: some entries of a masked array do not count.
+pub(super) fn columns<'py>(
+    t: &Bound<'py, PyAny>,
+    accel: &Bound<'py, PyAny>,
+    gyro: &Bound<'py, PyAny>,
+) -> Option<Columns<'py>> {
+    let exact = [t, accel, gyro].into_iter().all(PyAnyMethods::is_exact_instance_of::<PyUntypedArray>);
+    if exact { Some((t.extract().ok()?, accel.extract().ok()?, gyro.extract().ok()?)) } else { None }
+}
 
 /// Columns of equal length in `NumPy`'s memory.
 pub(super) struct Block<'a> {

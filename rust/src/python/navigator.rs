@@ -1,6 +1,6 @@
 //! `footnav._core.Navigator`.
 
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{Element, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::filter::states::STATES;
 use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
-use crate::python::block::{Block, rows};
+use crate::python::block::{self, Block, rows};
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
@@ -19,33 +19,46 @@ use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
 
-/// The states that came out, and the health that they came out in; a column becomes an array when it is asked for.
+/// The solutions that came out, and the health that they came out in; a column becomes an array when it is asked for.
 #[pyclass(frozen, name = "Columns", module = "footnav._core")]
 pub(super) struct PyColumns {
-    states: Trajectory,
+    solutions: Vec<Solution>,
     health: Health,
 }
 
 #[pymethods]
 impl PyColumns {
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let states = &self.states;
         Ok(match name {
-            "t" => PyArray1::from_slice(py, &states.time).into_any(),
-            "position" => matrix(py, states.position.clone())?.into_any(),
-            "velocity" => matrix(py, states.velocity.clone())?.into_any(),
-            "quaternion" => matrix(py, states.quaternion.clone())?.into_any(),
-            "zero_velocity" => PyArray1::from_slice(py, &states.zero_velocity).into_any(),
-            "position_std" => matrix(py, states.position_std.clone())?.into_any(),
-            "gyro_bias" => matrix(py, states.gyro_bias.clone())?.into_any(),
-            "accel_bias" => matrix(py, states.accel_bias.clone())?.into_any(),
-            "reasons" => PyArray1::from_iter(py, states.reasons.iter().map(Reasons::bits)).into_any(),
+            "t" => self.numbers(py, |solution| solution.estimate.nav.time),
+            "position" => self.rows(py, |solution| solution.estimate.nav.position.into())?,
+            "velocity" => self.rows(py, |solution| solution.estimate.nav.velocity.into())?,
+            "quaternion" => self.rows::<4>(py, |solution| solution.estimate.nav.attitude.coords.into())?,
+            "zero_velocity" => self.numbers(py, |solution| solution.zero_velocity),
+            "position_std" => self.rows(py, |solution| solution.position_std.into())?,
+            "gyro_bias" => self.rows(py, |solution| solution.estimate.gyro_bias.into())?,
+            "accel_bias" => self.rows(py, |solution| solution.estimate.accel_bias.into())?,
+            "reasons" => self.numbers(py, |solution| solution.reasons.bits()),
             _ => return Err(PyKeyError::new_err(name.to_owned())),
         })
     }
 
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         health_fields(py, &self.health)
+    }
+}
+
+impl PyColumns {
+    fn numbers<'py, T: Element>(&self, py: Python<'py>, number: impl Fn(&Solution) -> T) -> Bound<'py, PyAny> {
+        PyArray1::from_iter(py, self.solutions.iter().map(number)).into_any()
+    }
+
+    fn rows<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        row: impl Fn(&Solution) -> [f64; N],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        Ok(matrix(py, self.solutions.iter().map(row).collect())?.into_any())
     }
 }
 
@@ -80,17 +93,18 @@ impl PyNavigator {
         Ok(is_new?)
     }
 
+    /// None if an array has to be converted first.
     #[pyo3(name = "_push_columns", signature = (t, accel, gyro, mag=None))]
     fn push_columns(
         &self,
         py: Python<'_>,
-        t: PyReadonlyArray1<'_, f64>,
-        accel: PyReadonlyArray2<'_, f64>,
-        gyro: PyReadonlyArray2<'_, f64>,
+        t: &Bound<'_, PyAny>,
+        accel: &Bound<'_, PyAny>,
+        gyro: &Bound<'_, PyAny>,
         mag: Option<PyReadonlyArray2<'_, f64>>,
-    ) -> PyResult<PyColumns> {
+    ) -> PyResult<Option<PyColumns>> {
         self.check(py)?;
-        let columns = (t, accel, gyro);
+        let Some(columns) = block::columns(t, accel, gyro) else { return Ok(None) };
         let samples = rows(&columns)?;
         let navigator = &mut **self.inner.lock()?;
         if let Some(mag) = mag {
@@ -99,18 +113,22 @@ impl PyNavigator {
         } else {
             navigator.check_field().map_err(Error::from)?;
         }
-        let solutions = py.detach(|| navigator.push_block(&samples));
+        let mut solutions = Vec::with_capacity(samples.len());
+        let pushed = py.detach(|| navigator.push_block_into(&samples, &mut solutions));
         self.check(py)?;
-        Ok(PyColumns { states: solutions?, health: navigator.health() })
+        pushed?;
+        Ok(Some(PyColumns { solutions, health: navigator.health() }))
     }
 
     #[pyo3(name = "_flush_columns")]
     fn flush_columns(&self, py: Python<'_>) -> PyResult<PyColumns> {
         self.check(py)?;
         let navigator = &mut **self.inner.lock()?;
-        let solutions = py.detach(|| navigator.flush());
+        let mut solutions = Vec::new();
+        let flushed = py.detach(|| navigator.flush_into(&mut solutions));
         self.check(py)?;
-        Ok(PyColumns { states: solutions?, health: navigator.health() })
+        flushed?;
+        Ok(PyColumns { solutions, health: navigator.health() })
     }
 
     #[pyo3(name = "_stride_columns")]
