@@ -261,6 +261,8 @@ fn numbers_too_large_to_integrate_end_in_an_error_that_stays() {
     assert!(matches!(error, Error::Numerical(_)), "{error}");
     let last = ImuSample::new(1e3, [0.0, 0.0, 9.8], [0.0; 3]);
     assert_eq!(navigator.push(&last).unwrap_err().to_string(), error.to_string());
+    assert_eq!(navigator.latest(), None);
+    assert!(navigator.health().reasons == Reasons::LOST && navigator.health_of_walk().reasons.contains(Reasons::LOST));
 }
 
 #[test]

@@ -56,7 +56,7 @@ _SENTENCES = {
     Reason.GAP: "Samples are missing.",
     Reason.CLIPPED: "The sensor reached the end of its range.",
     Reason.REFUSED: "Samples that were not finite or out of order were refused.",
-    Reason.LOST: "The foot was not seen at rest for so long that the position means nothing.",
+    Reason.LOST: "The foot was not seen at rest for too long, or the filter cannot go on: the position means nothing.",
 }
 
 

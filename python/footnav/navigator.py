@@ -74,7 +74,8 @@ class Navigator(_core.Navigator):
     latency : int
         Number of samples by which a state comes late.
     t : float or None
-        Stamp of the newest state, s; this and the following are None before the first state came out.
+        Stamp of the newest state, s; this and the following are None before the first state came out, and after
+        a `NumericalError`.
     position, velocity : ndarray of shape (3,) or None
         In n, m and m/s.
     quaternion : ndarray of shape (4,) or None

@@ -22,7 +22,7 @@ bitflags! {
         const CLIPPED = 32;
         /// A sample was refused because it was not finite or older than the one before.
         const REFUSED = 64;
-        /// No zero velocity, or no sample, for so long that the position means nothing until the next start.
+        /// No zero velocity, or no sample, for so long that the position means nothing until the next start; or the filter cannot go on.
         const LOST = 128;
     }
 }

@@ -324,7 +324,7 @@ impl Navigator {
         self.detector.latency() + self.smoother.as_ref().map_or(0, Smoother::delay)
     }
 
-    /// The newest solution that came out.
+    /// The newest solution that came out; none before the first, and when the navigator cannot go on.
     #[must_use]
     pub fn latest(&self) -> Option<Solution> {
         self.look_at_latest(|solution| *solution)
@@ -397,9 +397,10 @@ impl Navigator {
     #[must_use]
     pub fn health(&self) -> Health {
         let latest = self.latest();
+        let without = if self.failure.is_some() { Reasons::LOST } else { Reasons::ALIGNING };
         let std = latest.map_or(Vector3::zeros(), |solution| solution.position_std);
         Health {
-            reasons: latest.map_or(Reasons::ALIGNING, |solution| solution.reasons),
+            reasons: latest.map_or(without, |solution| solution.reasons),
             counters: Counters { updates: self.monitor.updates, ..self.intake.counters },
             horizontal_std: std.x.hypot(std.y),
             vertical_std: std.z,
@@ -456,8 +457,11 @@ impl Navigator {
         }
     }
 
+    /// Nothing that the failure left behind is a solution.
     #[cold]
     fn fail(&mut self, failure: Error) -> Error {
+        self.latest = Latest::None;
+        self.reasons_so_far |= Reasons::LOST;
         self.failure = Some(failure.clone());
         failure
     }
