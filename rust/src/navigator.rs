@@ -10,7 +10,6 @@ use crate::detector::{Decision, Detector};
 use crate::earth;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
-use crate::filter::{ErrorStateFilter, Estimate, STANDING_STD};
 use crate::gait::{Measured, Stride};
 use crate::health::{Counters, Health, HealthMonitor, Reasons};
 use crate::intake::Intake;
@@ -26,6 +25,8 @@ mod interval;
 mod levelling;
 mod rolling;
 mod scale;
+mod solution;
+mod start;
 mod waiting;
 mod walk;
 mod work;
@@ -33,27 +34,16 @@ mod work;
 use compass::Compass;
 use levelling::Levelling;
 use scale::ScaleErrors;
+use solution::Latest;
+pub use solution::Solution;
 use waiting::{Arrived, Waiting};
-use walk::{Finding, Setting, Walk};
+use walk::{Setting, Walk};
 use work::{Advance, Follow, Release, SolveInFull};
 
 /// Slowest sample rate at which a foot's swing is still resolved, Hz.
 const SLOWEST_RATE: f64 = 20.0;
 /// Fastest sample rate that makes sense, Hz.
 const FASTEST_RATE: f64 = 20_000.0;
-
-/// The navigation solution at one sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solution {
-    /// Position, velocity, attitude and biases.
-    pub estimate: Estimate,
-    /// One-sigma position uncertainty in n, m.
-    pub position_std: Vector3<f64>,
-    /// Whether the detector took the foot to be at rest on the ground.
-    pub zero_velocity: bool,
-    /// What speaks against this solution.
-    pub reasons: Reasons,
-}
 
 /// Follows one foot, sample by sample.
 ///
@@ -79,15 +69,6 @@ pub struct Navigator {
     first_time: Option<f64>,
     ended: bool,
     failure: Option<Error>,
-}
-
-/// The newest solution that came out.
-enum Latest {
-    None,
-    /// The walk's estimate as it is, with what was found beside it.
-    OfWalk(Finding),
-    /// That of the start, or one that was held back or changed after the filter found it.
-    Apart(Solution),
 }
 
 /// What the navigator is doing.
@@ -528,75 +509,6 @@ impl Navigator {
             strides.come_out(&solution);
         }
         self.latest = Latest::Apart(solution);
-    }
-
-    /// One more sample of the start.
-    #[inline(always)]
-    fn start<L: Lanes>(&mut self, arrived: &Arrived, decision: &Decision) -> Result<Solution, Error> {
-        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        match &mut self.phase {
-            Phase::Walking(walk) => {
-                Ok(walk.solution(Finding { zero_velocity: decision.stationary, reasons: arrived.events }))
-            }
-            Phase::Levelling(levelling) => {
-                if levelling.push::<L>(&setting, &arrived.sample)? {
-                    let (walk, moving) = levelling.begin();
-                    self.compass.iter_mut().for_each(|compass| compass.begin(&walk.filter.estimate.nav, true));
-                    let walk = walk.through::<L>(&self.strapdown, moving, self.strides.as_mut());
-                    return Ok(self.begin(walk, arrived, decision, true));
-                }
-                let nav = levelling.state(&arrived.sample);
-                Ok(self.stay(nav, arrived, decision))
-            }
-            Phase::Aligning(alignment) => {
-                let Some(aligned) = alignment.push(&arrived.sample)? else {
-                    let nav = NavState::at_rest(arrived.sample.time, alignment.attitude_so_far());
-                    return Ok(self.stay(nav, arrived, decision));
-                };
-                let (anchor, moving) = alignment.handover(&arrived.sample);
-                let filter = ErrorStateFilter::new(&self.config, &aligned, anchor.time, self.strapdown.earth_rate);
-                let walk = Walk::new(filter, &anchor);
-                let fine = self.config.alignment.fine_duration;
-                if fine > 0.0 && aligned.at_rest && moving.is_empty() {
-                    let levelling = Levelling::new(alignment.clone(), walk, anchor.time + fine);
-                    let nav = levelling.state(&arrived.sample);
-                    self.phase = Phase::Levelling(levelling);
-                    return Ok(self.stay(nav, arrived, decision));
-                }
-                let nav = &walk.filter.estimate.nav;
-                self.compass.iter_mut().for_each(|compass| compass.begin(nav, aligned.at_rest));
-                let walk = walk.through::<L>(&self.strapdown, moving, self.strides.as_mut());
-                Ok(self.begin(walk, arrived, decision, aligned.at_rest))
-            }
-        }
-    }
-
-    /// While the start is being aligned the foot stays at the origin.
-    fn stay(&mut self, nav: NavState, arrived: &Arrived, decision: &Decision) -> Solution {
-        self.monitor.note(arrived.sample.time, arrived.events);
-        Solution::at_start(nav, decision, arrived.events | Reasons::ALIGNING)
-    }
-
-    /// The walk begins with the newest sample.
-    fn begin(&mut self, walk: Walk, arrived: &Arrived, decision: &Decision, at_rest: bool) -> Solution {
-        self.monitor.note(arrived.sample.time, arrived.events);
-        self.monitor.aligned(arrived.sample.time, at_rest);
-        let reasons = arrived.events | Reasons::ALIGNING;
-        let solution = walk.solution(Finding { zero_velocity: decision.stationary, reasons });
-        self.phase = Phase::Walking(walk);
-        solution
-    }
-}
-
-impl Solution {
-    fn at_start(nav: NavState, decision: &Decision, reasons: Reasons) -> Self {
-        let (gyro_bias, accel_bias) = (Vector3::zeros(), Vector3::zeros());
-        Self {
-            estimate: Estimate { nav, gyro_bias, accel_bias },
-            position_std: Vector3::repeat(STANDING_STD),
-            zero_velocity: decision.stationary,
-            reasons,
-        }
     }
 }
 
