@@ -81,7 +81,14 @@ fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
     let step =
         Step { dt: 1.0 / RATE, specific_velocity: Vector3::new(1.0, 2.0, 9.8) / RATE, attitude: Matrix3::identity() };
     let transition = Transition::new(&step, &Vector3::zeros());
-    let noise = Noise { position: 1e-9, velocity: 1e-5, attitude: 1e-7, gyro_bias: 1e-10, accel_bias: 1e-8 };
+    let noise = Noise {
+        position: 1e-9,
+        velocity: 1e-5,
+        attitude: 1e-7,
+        gyro_bias: 1e-10,
+        accel_bias: 1e-8,
+        ..Noise::default()
+    };
     for _ in 0..5 {
         p.predict(&transition, &noise);
     }

@@ -21,8 +21,9 @@ const ACCEL_BIAS: usize = 12;
 type Dense = SMatrix<f64, STATES, STATES>;
 
 /// A zero velocity of known variance whenever the detector says so, of which the foot takes a part along, and nothing else.
-fn config() -> Config {
+fn config(covariance_interval: f64) -> Config {
     let filter = FilterConfig {
+        covariance_interval,
         zero_velocity_lever: 0.0,
         zero_velocity_shared: 0.7,
         rolling_rate: 0.0,
@@ -33,11 +34,13 @@ fn config() -> Config {
     Config { filter, ..Config::default() }
 }
 
-/// F P Fᵀ + Q, and the update in Joseph's form.
+/// F P Fᵀ + Q, over several steps at once in the swing, and the update in Joseph's form.
 struct DenseFilter {
     strapdown: Strapdown,
     estimate: Estimate,
+    /// As it was before the steps that wait.
     covariance: Dense,
+    waiting: Option<Waiting>,
     previous: ImuSample,
     increments: Increments,
     /// Time since the last zero velocity, s.
@@ -46,19 +49,60 @@ struct DenseFilter {
     strayed: f64,
 }
 
+/// Steps that the covariance has still to be carried over.
+#[derive(Clone, Copy)]
+struct Waiting {
+    steps: f64,
+    together: Step,
+    noise: Dense,
+}
+
+impl Waiting {
+    /// One after the other: the sums of what they turn errors into, and the noise of the first as it is at the end of the second.
+    fn then(&self, next: &Self) -> Self {
+        let (first, second) = (&self.together, &next.together);
+        let dt = first.dt + second.dt;
+        let together = Step {
+            dt,
+            specific_velocity: first.specific_velocity + second.specific_velocity,
+            attitude: (first.dt * first.attitude + second.dt * second.attitude) / dt,
+        };
+        let on = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(second.dt));
+        Self { steps: self.steps + next.steps, together, noise: on * self.noise * on.transpose() + next.noise }
+    }
+
+    fn predict(&self, covariance: &Dense) -> Dense {
+        let f = transition(&self.together);
+        f * covariance * f.transpose() + self.noise
+    }
+}
+
 impl DenseFilter {
+    /// The covariance after all steps.
+    fn covariance(&self) -> Dense {
+        self.waiting.map_or(self.covariance, |waiting| waiting.predict(&self.covariance))
+    }
+
     fn step(&mut self, config: &Config, sample: &ImuSample, decision: &Decision) {
         let Estimate { nav, gyro_bias, accel_bias } = &mut self.estimate;
         let [previous, current] = [&self.previous, sample].map(|sample| sample.without_bias(gyro_bias, accel_bias));
         let now = self.strapdown.increments(&previous, &current);
         let step = self.strapdown.advance(nav, &self.increments, &now);
         (self.previous, self.increments) = (*sample, now);
-        let f = transition(&step);
-        self.covariance = f * self.covariance * f.transpose() + noise(config, step.dt);
+        let mut noise = noise(config, step.dt);
         for i in POSITION..VELOCITY {
-            self.covariance[(i, i)] += self.strayed;
+            noise[(i, i)] += self.strayed;
         }
-        if decision.stationary && step.specific_velocity.z > 0.0 {
+        let stands = decision.stationary && step.specific_velocity.z > 0.0;
+        let newest = Waiting { steps: 1.0, together: step, noise };
+        let waiting = self.waiting.take().map_or(newest, |waiting| waiting.then(&newest));
+        let at_once = config.filter.covariance_interval / self.strapdown.nominal_interval;
+        if !stands && waiting.steps < at_once.round() {
+            self.waiting = Some(waiting);
+        } else {
+            self.covariance = waiting.predict(&self.covariance);
+        }
+        if stands {
             self.observe_rest(config.filter.zero_velocity_std.powi(2));
             (self.gone_for, self.strayed) = (0.0, 0.0);
         } else {
@@ -96,16 +140,17 @@ impl DenseFilter {
 
 /// Position moves in two halves around the change of velocity, then the attitude turns.
 fn transition(step: &Step) -> Dense {
-    let shear = |target: usize, source: usize, m: Matrix3<f64>| {
-        let mut shear = Dense::identity();
-        shear.fixed_view_mut::<3, 3>(target, source).copy_from(&m);
-        shear
-    };
     let half = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(0.5 * step.dt));
     let tilt = shear(VELOCITY, ATTITUDE, -cross_matrix(&step.specific_velocity));
     let accel_bias = shear(VELOCITY, ACCEL_BIAS, -step.dt * step.attitude);
     let gyro_bias = shear(ATTITUDE, GYRO_BIAS, -step.dt * step.attitude);
     gyro_bias * half * accel_bias * tilt * half
+}
+
+fn shear(target: usize, source: usize, m: Matrix3<f64>) -> Dense {
+    let mut shear = Dense::identity();
+    shear.fixed_view_mut::<3, 3>(target, source).copy_from(&m);
+    shear
 }
 
 fn noise(config: &Config, dt: f64) -> Dense {
@@ -123,9 +168,12 @@ fn noise(config: &Config, dt: f64) -> Dense {
     Dense::from_diagonal(&variances)
 }
 
+/// One step after the other, as many at once as by default, and many.
+const INTERVALS: [f64; 3] = [0.0, 0.02, 0.07];
+
 /// Follows a recording with both filters; the dense one takes over three samples after the walk has begun.
-fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64) {
-    let config = config();
+fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_interval: f64) {
+    let config = config(covariance_interval);
     let decisions = decide_all(&config, rate, samples).unwrap();
     let mut navigator = Navigator::new(config.clone(), rate).unwrap();
     let latency = navigator.latency();
@@ -154,6 +202,7 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64) {
                 strapdown,
                 estimate,
                 covariance,
+                waiting: None,
                 previous,
                 increments,
                 gone_for: 0.0,
@@ -163,8 +212,9 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64) {
         }
         let dense = dense.as_mut().unwrap();
         dense.step(&config, &samples[index], &decisions[index]);
-        let scale = dense.covariance.diagonal().map(f64::sqrt);
-        let difference = (covariance.dense() - dense.covariance).component_div(&(scale * scale.transpose()));
+        let expected = dense.covariance();
+        let scale = expected.diagonal().map(f64::sqrt);
+        let difference = (covariance.dense() - expected).component_div(&(scale * scale.transpose()));
         assert!(difference.amax() < 1e-9, "row {index}: covariances differ by {:e}", difference.amax());
         let away = (estimate.nav.position - dense.estimate.nav.position).norm();
         assert!(away < 1e-9, "row {index}: positions differ by {away:e} m");
@@ -177,7 +227,9 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64) {
 fn a_simulated_walk_is_that_of_a_dense_filter() {
     let settings = SimulationSettings { rate_hz: 200.0, seed: 3, ..SimulationSettings::default() };
     let walk = simulate(&Route::straight(10.0), &Gait::walk(), &SensorErrors::mpu6050(), &settings).unwrap();
-    assert_dense_filter_agrees(&walk.samples, 200.0);
+    for interval in INTERVALS {
+        assert_dense_filter_agrees(&walk.samples, 200.0, interval);
+    }
 }
 
 /// The left foot of an MPU6050 recording at 8 g and 1000 deg/s: ms, then counts.
@@ -196,5 +248,7 @@ fn recording() -> Option<Vec<ImuSample>> {
 #[test]
 fn a_recorded_walk_is_that_of_a_dense_filter() {
     let Some(samples) = recording() else { return };
-    assert_dense_filter_agrees(&samples, 100.0);
+    for interval in INTERVALS {
+        assert_dense_filter_agrees(&samples, 100.0, interval);
+    }
 }

@@ -185,6 +185,7 @@ OUT_OF_RANGE = [
     ("sensor", Sensor, {"gyro_scale_std": -0.01}),
     ("sensor", Sensor, {"accel_scale_std": 0.2}),
     ("filter", Filter, {"zero_velocity_shared": 1.1}),
+    ("filter", Filter, {"covariance_interval": 0.2}),
     ("sensor", Sensor, {"accel_range": -16.0}),
     ("calibration", Calibration, {"accel_matrix": ((0.0,) * 3,) * 3}),
     ("calibration", Calibration, {"gyro_matrix": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))}),
@@ -364,6 +365,7 @@ filters = st.builds(
     zero_velocity_std=positive,
     zero_velocity_lever=st.floats(0.0, 0.2),
     zero_velocity_shared=st.floats(0.0, 1.0),
+    covariance_interval=st.floats(0.0, 0.1),
     rolling_rate=st.floats(0.0, 5.0),
     zero_angular_rate=st.booleans(),
 )

@@ -18,6 +18,7 @@ from footnav import (
     AdaptiveShoe,
     Alignment,
     Config,
+    Filter,
     MagnitudeVariance,
     Mechanization,
     Navigator,
@@ -183,7 +184,19 @@ def test_attributes_are_the_row_that_came_out():
     states = navigator.push_block(*(column[:500] for column in samples))
     for name in ("t", "position", "velocity", "quaternion", "zero_velocity", "gyro_bias", "accel_bias"):
         np.testing.assert_array_equal(getattr(navigator, name), getattr(states, name)[-1], err_msg=name)
-    np.testing.assert_allclose(np.sqrt(np.diag(navigator.covariance)[:3]), states.position_std[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("interval", "tolerance"), [(0.0, 1e-12), (0.02, 1e-3)])
+def test_the_position_is_as_uncertain_as_the_covariance_says(interval, tolerance):
+    navigator = Navigator(Config(filter=Filter(covariance_interval=interval)), rate_hz=RATE)
+    for row in np.column_stack(walk()).tolist():
+        navigator.push(*row)
+        if navigator.covariance is not None:
+            x, y, z = np.sqrt(np.diag(navigator.covariance)[:3])
+            health = navigator.health
+            np.testing.assert_allclose(
+                (health.horizontal_std, health.vertical_std), (np.hypot(x, y), z), rtol=tolerance
+            )
 
 
 def test_attributes_given_out_earlier_do_not_change():

@@ -8,6 +8,7 @@ import pytest
 from footnav import (
     AdaptiveShoe,
     Config,
+    Filter,
     FootnavWarning,
     Navigator,
     Reason,
@@ -25,11 +26,11 @@ ACCEL_RANGES = (2, 4, 8, 16)
 GYRO_RANGES = (250, 500, 1000, 2000)
 
 
-def quietly(recording):
-    """Track with the default settings; what is said of the recording is looked at elsewhere."""
+def quietly(recording, config=None):
+    """Track, with the default settings if no others are given; what is said of the recording is looked at elsewhere."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FootnavWarning)
-        return track(recording)
+        return track(recording, config)
 
 
 def archives(folder):
@@ -109,6 +110,18 @@ def test_vicon_is_sound_and_as_accurate_as_promised(vicon):
     for recording, _, states in vicon:
         assert_sound(states, recording)
     assert np.mean([armse(states, truth) for _, truth, states in vicon]) <= 0.10
+
+
+def test_carrying_the_covariance_over_several_samples_at_once_moves_the_track_by_less_than_it_errs(vicon):
+    step_by_step = Config(filter=Filter(covariance_interval=0.0))
+    moved, errors = [], []
+    for recording, truth, states in vicon:
+        other = quietly(recording, step_by_step)
+        moved.append(np.linalg.norm(states.position - other.position, axis=1).max())
+        errors.append(armse(states, truth) - armse(other, truth))
+        np.testing.assert_allclose(states.position_std, other.position_std, rtol=0.01)
+    assert np.median(moved) < 1e-3
+    assert abs(np.mean(errors)) < 1e-4
 
 
 def test_openshoe_is_sound_and_closes_as_promised(openshoe):

@@ -8,7 +8,7 @@
 //! φ'  = -ω_ie × φ - C δb_g
 //! ```
 //!
-//! and every estimated error is added to the estimate and forgotten.  The covariance is propagated and reduced as 3x3 blocks, see [`covariance`].
+//! and every estimated error is added to the estimate and forgotten.  The covariance is propagated and reduced as 3x3 blocks, see [`covariance`], and in the swing over a few steps at once.
 //!
 //! # References
 //! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial Sensors": eq. 3 (error model), eq. 6 (zero-velocity update).
@@ -17,12 +17,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::alignment::Aligned;
-use crate::config::Config;
+use crate::config::{Config, SmootherKind};
+use crate::detector::window::samples;
 use crate::error::NumericalError;
 use crate::lanes::{Baseline, Lanes};
 use crate::rotation::fused;
 use crate::sample::ImuSample;
-use crate::strapdown::{NavState, Step};
+use crate::strapdown::{NavState, Step, Strapdown};
 
 mod accelerometer_attitude;
 #[expect(clippy::many_single_char_names, reason = "as the blocks")]
@@ -34,12 +35,14 @@ pub mod covariance;
 pub(crate) mod journal;
 mod kernel;
 pub mod observation;
+mod propagation;
 pub mod states;
 pub mod transition;
 
 use covariance::Covariance;
 use journal::Journal;
 use observation::Update;
+use propagation::Propagation;
 use states::{Block, ErrorStates, Linear};
 use transition::{Noise, Transition};
 
@@ -91,6 +94,7 @@ impl ProcessNoise {
             attitude: self.attitude * motion,
             gyro_bias: self.gyro_bias * dt,
             accel_bias: self.accel_bias * dt,
+            position_velocity: 0.0,
         }
     }
 }
@@ -100,8 +104,7 @@ impl ProcessNoise {
 pub struct ErrorStateFilter {
     /// The estimate.
     pub estimate: Estimate,
-    /// Covariance of the error states.
-    pub covariance: Covariance,
+    propagation: Propagation,
     noise: ProcessNoise,
     clipped_factor: f64,
     gravity: f64,
@@ -133,9 +136,9 @@ const BY_DEFINITION: f64 = 1.0e-10;
 pub(crate) const STANDING_STD: f64 = 2.0e-3;
 
 impl ErrorStateFilter {
-    /// A filter that starts from an alignment at `time`.
+    /// A filter that starts from an alignment at `time`, and corrects what `strapdown` makes of the samples.
     #[must_use]
-    pub fn new(config: &Config, aligned: &Aligned, time: f64, earth_rate: Vector3<f64>) -> Self {
+    pub fn new(config: &Config, aligned: &Aligned, time: f64, strapdown: &Strapdown) -> Self {
         let (sensor, filter) = (&config.sensor, &config.filter);
         let estimate = Estimate {
             nav: NavState::at_rest(time, aligned.attitude),
@@ -150,16 +153,16 @@ impl ErrorStateFilter {
         };
         Self {
             estimate,
-            covariance: initial_covariance(config, aligned),
+            propagation: Propagation::new(initial_covariance(config, aligned), steps_at_once(config, strapdown)),
             noise,
             clipped_factor: filter.clipped_noise_factor.powi(2),
             gravity: config.gravity(),
-            earth_rate,
+            earth_rate: strapdown.earth_rate,
             gate: filter.innovation_gate,
         }
     }
 
-    /// Carries the covariance over one step of the mechanization.
+    /// Carries the covariance over one step of the mechanization, which may have to wait for others if it `may_wait`.
     ///
     /// `bridged` is the part of the step that no sample speaks for, s; `strayed` is a variance that the position gains beside it, m².
     #[inline(always)]
@@ -169,13 +172,13 @@ impl ErrorStateFilter {
         clipped: bool,
         bridged: f64,
         strayed: f64,
+        may_wait: bool,
         journal: &mut impl Journal,
     ) {
         let transition = Transition::new(step, &self.earth_rate);
         let motion = if clipped { self.clipped_factor * step.dt } else { step.dt };
         let noise = Noise { position: strayed, ..self.noise.over(motion, step.dt) };
-        journal.transition(&transition, &noise);
-        self.covariance.predict_on::<L>(&transition, &noise);
+        self.propagation.step::<L>(transition, noise, may_wait, journal);
         if bridged > 0.0 {
             self.doubt_bridge(bridged, journal);
         }
@@ -192,14 +195,14 @@ impl ErrorStateFilter {
     }
 
     /// Adds independent errors of this `variance` to each state of a block.
-    fn doubt(&mut self, block: Block, variance: f64, journal: &mut impl Journal) {
-        self.covariance.add_variance(block, variance);
+    pub(crate) fn doubt(&mut self, block: Block, variance: f64, journal: &mut impl Journal) {
+        self.propagation.caught_up(journal).add_variance(block, variance);
         journal.doubt(block, variance);
     }
 
     /// What was known of a block is forgotten; its states have these `variances`.
     fn forget(&mut self, block: Block, variances: &Vector3<f64>, journal: &mut impl Journal) {
-        self.covariance.forget(block, variances);
+        self.propagation.caught_up(journal).forget(block, variances);
         journal.forget(block, variances);
     }
 
@@ -208,12 +211,12 @@ impl ErrorStateFilter {
         self.estimate.nav.time = time;
         self.estimate.nav.velocity = Vector3::zeros();
         let walked = Vector3::repeat((WALKING_SPEED * elapsed).powi(2));
-        let position = self.covariance.diagonal(Block::Position) + walked;
+        let position = self.propagation.caught_up(journal).diagonal(Block::Position) + walked;
         self.forget(Block::Position, &position, journal);
         self.forget(Block::Velocity, &Vector3::repeat(VELOCITY_STD_IN_MOTION.powi(2)), journal);
         self.forget(Block::Attitude, &attitude_variances(TILT_STD_IN_MOTION, HEADING_STD_AFTER_GAP), journal);
         for bias in [Block::GyroBias, Block::AccelBias] {
-            let variances = self.covariance.diagonal(bias);
+            let variances = self.propagation.caught_up(journal).diagonal(bias);
             self.forget(bias, &variances, journal);
         }
     }
@@ -288,8 +291,8 @@ impl ErrorStateFilter {
 
     /// Heading update: the heading is wrong by `innovation` (rad), up to a `variance` (rad²).
     pub(crate) fn heading(&mut self, innovation: f64, variance: f64, journal: &mut impl Journal) -> Update {
-        let (update, observation) =
-            self.covariance.observe_axis(Block::Attitude, 2, innovation, variance, HEADING_GATE);
+        let covariance = self.propagation.caught_up(journal);
+        let (update, observation) = covariance.observe_axis(Block::Attitude, 2, innovation, variance, HEADING_GATE);
         if let Some(observation) = observation {
             journal.observation(&observation);
             self.estimate.correct(&observation.errors());
@@ -306,7 +309,7 @@ impl ErrorStateFilter {
     /// The walk begins here.
     pub(crate) fn begin_here(&mut self) {
         self.estimate.nav.position = Vector3::zeros();
-        self.covariance.replace(Block::Position, STANDING_STD.powi(2));
+        self.propagation.caught_up(&mut ()).replace(Block::Position, STANDING_STD.powi(2));
     }
 
     /// Observes attitude errors (rad) about some axes of n, one after the other, and returns the errors that they tell of.
@@ -319,8 +322,8 @@ impl ErrorStateFilter {
         let mut errors = ErrorStates::default();
         for (axis, observed) in axes {
             let innovation = observed - errors.block(Block::Attitude)[axis];
-            let (_, observation) =
-                self.covariance.observe_axis(Block::Attitude, axis, innovation, std * std, self.gate);
+            let covariance = self.propagation.caught_up(journal);
+            let (_, observation) = covariance.observe_axis(Block::Attitude, axis, innovation, std * std, self.gate);
             if let Some(observation) = observation {
                 journal.observation(&observation);
                 errors += observation.errors();
@@ -331,7 +334,7 @@ impl ErrorStateFilter {
 
     /// The attitude errors gain `m` times those of the accelerometer's bias.
     fn tie(&mut self, m: &Matrix3<f64>, journal: &mut impl Journal) {
-        self.covariance.add_transformed(Block::Attitude, Block::AccelBias, m);
+        self.propagation.caught_up(journal).add_transformed(Block::Attitude, Block::AccelBias, m);
         journal.tie(m);
     }
 
@@ -344,7 +347,8 @@ impl ErrorStateFilter {
         journal: &mut impl Journal,
     ) -> Update {
         let mut used = None;
-        let update = self.covariance.observe_on::<L>(block, innovation, variance, self.gate, &mut used);
+        let covariance = self.propagation.caught_up(journal);
+        let update = covariance.observe_on::<L>(block, innovation, variance, self.gate, &mut used);
         if let Some(observation) = &used {
             journal.observation(observation);
             self.estimate.correct_on::<L>(&observation.errors());
@@ -352,17 +356,29 @@ impl ErrorStateFilter {
         update
     }
 
+    /// Covariance of the error states.
+    #[must_use]
+    pub fn covariance(&self) -> Covariance {
+        self.propagation.now()
+    }
+
+    /// Covariance of the error states, if it is at hand: in the swing it may have to be carried over steps that wait.
+    #[must_use]
+    pub(crate) fn covariance_at_hand(&self) -> Option<&Covariance> {
+        self.propagation.settled()
+    }
+
     /// One-sigma position uncertainty in n, m.
     #[must_use]
     #[inline]
     pub fn position_std(&self) -> Vector3<f64> {
-        self.covariance.diagonal(Block::Position).map(f64::sqrt)
+        self.propagation.position_variances().map(f64::sqrt)
     }
 
     /// One-sigma uncertainty of roll or pitch, whichever is larger, rad.
     #[must_use]
     pub fn tilt_std(&self) -> f64 {
-        let attitude = self.covariance.diagonal(Block::Attitude);
+        let attitude = self.propagation.behind().diagonal(Block::Attitude);
         attitude.x.max(attitude.y).max(0.0).sqrt()
     }
 
@@ -374,7 +390,7 @@ impl ErrorStateFilter {
     /// As [`ErrorStateFilter::check`].
     #[inline(always)]
     pub(crate) fn check_prediction(&self) -> Result<(), NumericalError> {
-        let [x, y, z] = self.covariance.diagonal(Block::Position).into();
+        let [x, y, z] = self.propagation.behind().diagonal(Block::Position).into();
         let positive = x > 0.0 && y > 0.0 && z > 0.0;
         if positive && (x + y + z + self.estimate.nav.sum()).is_finite() { Ok(()) } else { self.check() }
     }
@@ -389,10 +405,18 @@ impl ErrorStateFilter {
         if !self.estimate.nav.is_finite() {
             return Err(NumericalError::StateNotFinite { time });
         }
-        match self.covariance.first_not_positive() {
+        match self.propagation.behind().first_not_positive() {
             None => Ok(()),
             Some((state, variance)) => Err(NumericalError::CovarianceNotPositive { time, state, variance }),
         }
+    }
+}
+
+/// Number of steps that the covariance may be carried over at once; a smoother goes back over each of them.
+fn steps_at_once(config: &Config, strapdown: &Strapdown) -> usize {
+    match config.smoother.kind {
+        SmootherKind::None => samples(config.filter.covariance_interval / strapdown.nominal_interval),
+        SmootherKind::Stepwise | SmootherKind::Rts => 1,
     }
 }
 

@@ -84,10 +84,10 @@ impl Phase {
         Self::Aligning(Alignment::new(config.alignment.clone(), strapdown))
     }
 
-    /// Covariance of the error states; none while the start is being aligned.
-    fn covariance(&self) -> Option<&Covariance> {
+    /// Covariance of the error states, if it is at hand; none while the start is being aligned.
+    fn covariance_at_hand(&self) -> Option<&Covariance> {
         match self {
-            Self::Walking(walk) => Some(&walk.filter.covariance),
+            Self::Walking(walk) => walk.filter.covariance_at_hand(),
             _ => None,
         }
     }
@@ -342,8 +342,11 @@ impl Navigator {
 
     /// Covariance of the error states; none while the start is being aligned.
     #[must_use]
-    pub fn covariance(&self) -> Option<&Covariance> {
-        self.phase.covariance()
+    pub fn covariance(&self) -> Option<Covariance> {
+        match &self.phase {
+            Phase::Walking(walk) => Some(walk.filter.covariance()),
+            _ => None,
+        }
     }
 
     /// The strides that came to be known since the last call.
@@ -489,11 +492,11 @@ impl Navigator {
     /// Lets those who wait for what comes later take the filter's newest solution, and answers whether one came out.
     fn hold_back(&mut self, found: Solution) -> bool {
         if let Some(strides) = &mut self.strides {
-            strides.push(&found, self.phase.covariance());
+            strides.push(&found, self.phase.covariance_at_hand());
         }
         let due = match &mut self.smoother {
             None => Some(found),
-            Some(smoother) => smoother.push(&found, self.phase.covariance()),
+            Some(smoother) => smoother.push(&found, self.phase.covariance_at_hand()),
         };
         let Some(solution) = due else { return false };
         self.hand_out(solution);

@@ -25,7 +25,7 @@ JOGGING = 2.0
 JOG_DURATION = 0.9
 """Stride of a slow jog, s."""
 
-ZUPT_ALONE = Filter(zero_angular_rate=False, rolling_rate=0.0, angular_rate_noise=6.0e-4)
+ZUPT_ALONE = Filter(zero_angular_rate=False, rolling_rate=0.0, angular_rate_noise=6.0e-4, covariance_interval=0.0)
 """What the filters of the papers have in common: a foot in stance has no velocity, and nothing else is known of it."""
 
 

@@ -47,7 +47,13 @@ impl Covariance {
     #[must_use]
     #[inline]
     pub fn diagonal(&self, block: Block) -> Vector3<f64> {
-        Vector3::from(self.upper[at(block.index(), block.index())].diagonal())
+        self.diagonal_between(block, block)
+    }
+
+    /// The covariances of a block's states with those of a later block on the same axes.
+    #[inline]
+    pub(super) fn diagonal_between(&self, row: Block, column: Block) -> Vector3<f64> {
+        Vector3::from(self.upper[at(row.index(), column.index())].diagonal())
     }
 
     /// The whole matrix.
@@ -62,7 +68,7 @@ impl Covariance {
         dense
     }
 
-    /// P becomes F P Fᵀ + Q, with the `noise` on the diagonal of Q.
+    /// P becomes F P Fᵀ + Q, with the `noise` in Q.
     pub fn predict(&mut self, transition: &Transition, noise: &Noise) {
         dispatch(Predict { p: self, transition, noise });
     }
@@ -82,6 +88,14 @@ impl Covariance {
     fn shear_all<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
         let (half, tilt, bias) = transition.shears();
         kernel::predict::<L>(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
+    }
+
+    fn add_noise(&mut self, noise: &Noise) {
+        let &Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity } = noise;
+        for (block, variance) in Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias]) {
+            self.add_variance(block, variance);
+        }
+        self.upper[at(Block::Position.index(), Block::Velocity.index())].add_diagonal([position_velocity; 3]);
     }
 
     /// Adds the same independent variance to each state of a block.

@@ -127,7 +127,7 @@ impl<L: Lanes> Shears<L> {
         let cross = load_at::<L>(p, P, V);
         let moved = cross.plus(1.0, gain.position.transpose());
         let moved = moved.plus_scaled(self.half, before).plus_scaled(self.half, after);
-        moved.store(&mut p[at(P, V)]);
+        moved.plus_diagonal(noise.position_velocity).store(&mut p[at(P, V)]);
         self.move_position(p, cross.plus(1.0, moved), own, noise.position);
     }
 
@@ -319,19 +319,24 @@ mod tests {
             half in 0.001..0.5,
             tilt in [-2.0..2.0, -2.0..2.0, -2.0..2.0],
             bias in matrices(),
-            [position_noise, velocity, attitude, gyro_bias, accel_bias] in [0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0],
+            variances in [0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0],
+            position_velocity in -1.0..1.0,
         ) {
             let tilt = Vector3::from(tilt);
-            let noise = Noise { position: position_noise, velocity, attitude, gyro_bias, accel_bias };
+            let [position, velocity, attitude, gyro_bias, accel_bias] = variances;
+            let noise = Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity };
             let prediction = Prediction { half, tilt, bias: &bias, noise: &noise };
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             predict::<Baseline>(&mut baseline, &prediction);
             dispatch(Predicting { p: &mut best, prediction });
-            let position = shear(Position, Velocity, &Matrix3::from_diagonal_element(half));
+            let half_way = shear(Position, Velocity, &Matrix3::from_diagonal_element(half));
             let f = shear(Attitude, GyroBias, &bias)
-                * position * shear(Velocity, AccelBias, &bias) * shear(Velocity, Attitude, &cross_matrix(&tilt)) * position;
-            let variances = [position_noise, velocity, attitude, gyro_bias, accel_bias];
-            let q = Dense::from_fn(|i, j| if i == j { variances[i / BLOCK] } else { 0.0 });
+                * half_way * shear(Velocity, AccelBias, &bias) * shear(Velocity, Attitude, &cross_matrix(&tilt)) * half_way;
+            let q = Dense::from_fn(|i, j| match (i / BLOCK, j / BLOCK) {
+                (0, 1) | (1, 0) if i % BLOCK == j % BLOCK => position_velocity,
+                (block, _) if i == j => variances[block],
+                _ => 0.0,
+            });
             let expected = f * dense * f.transpose() + q;
             for moved in [best, baseline] {
                 prop_assert!(difference(&moved, &expected) < 1e-11);

@@ -1,4 +1,4 @@
-//! The transition matrix F of the error model over one step, as a product of shears.
+//! The transition matrix F of the error model over one step or several, as a product of shears.
 //!
 //! Position moves in two halves around the change of velocity, as in the trapezoid of the mechanization.  Each shear is undone, transposed or applied to a covariance by itself,
 //! so the smoother's Fᵀ is the same few products in the reverse order.
@@ -9,7 +9,7 @@ use super::states::{Block, Linear};
 use crate::rotation;
 use crate::strapdown::{Step, earth_turns};
 
-/// Variances that a step adds to the errors, the same on each axis; what is added is independent of all that was before.
+/// Variances that a transition adds to the errors, the same on each axis; what is added is independent of all that was before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
     /// Of the position, m².
@@ -22,28 +22,66 @@ pub struct Noise {
     pub gyro_bias: f64,
     /// Of the accelerometer's bias, m²/s⁴.
     pub accel_bias: f64,
+    /// Covariance of position and velocity, m²/s.
+    pub position_velocity: f64,
 }
 
-/// The transition over one step of the mechanization.
+impl Noise {
+    /// What this noise and `next`, of a transition of `dt` (s) after it, add together: the velocity that was added first leads the position on.
+    #[must_use]
+    #[inline(always)]
+    pub fn then(&self, next: &Self, dt: f64) -> Self {
+        let led_on = dt * (2.0 * self.position_velocity + dt * self.velocity);
+        Self {
+            position: self.position + led_on + next.position,
+            velocity: self.velocity + next.velocity,
+            attitude: self.attitude + next.attitude,
+            gyro_bias: self.gyro_bias + next.gyro_bias,
+            accel_bias: self.accel_bias + next.accel_bias,
+            position_velocity: self.position_velocity + dt * self.velocity + next.position_velocity,
+        }
+    }
+}
+
+/// The transition over one step of the mechanization, or over several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     dt: f64,
-    specific_velocity: Vector3<f64>,
-    attitude: Matrix3<f64>,
+    tilt: Vector3<f64>,
+    bias: Matrix3<f64>,
     earth_rate: Vector3<f64>,
 }
 
 impl Transition {
+    /// Over no time at all.
+    pub(super) const NONE: Self = Self {
+        dt: 0.0,
+        tilt: Vector3::new(0.0, 0.0, 0.0),
+        bias: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        earth_rate: Vector3::new(0.0, 0.0, 0.0),
+    };
+
     /// The transition that belongs to a step on an Earth that turns with `earth_rate` (rad/s, n).
     #[must_use]
     #[inline]
     pub fn new(step: &Step, earth_rate: &Vector3<f64>) -> Self {
-        Self {
-            dt: step.dt,
-            specific_velocity: step.specific_velocity,
-            attitude: step.attitude,
-            earth_rate: *earth_rate,
-        }
+        Self { dt: step.dt, tilt: -step.specific_velocity, bias: -step.dt * step.attitude, earth_rate: *earth_rate }
+    }
+
+    /// This transition and `next` as one.
+    ///
+    /// It takes what the velocity gains for spread evenly over the time, and has the gyroscope's bias turn the attitude at the end of it.  So it differs from the product of both by the second order of their time.
+    #[must_use]
+    #[inline(always)]
+    pub fn then(&self, next: &Self) -> Self {
+        Self { dt: self.dt + next.dt, tilt: self.tilt + next.tilt, bias: self.bias + next.bias, ..*next }
+    }
+
+    /// The time that it takes, s.
+    #[must_use]
+    #[inline]
+    pub fn dt(&self) -> f64 {
+        self.dt
     }
 
     /// `x` becomes F x; a covariance becomes F P Fᵀ.
@@ -60,7 +98,7 @@ impl Transition {
     /// What velocity turns into position twice, s; the vector s of [s×], which turns a tilt into velocity, m/s; and the matrix that turns a bias into velocity or attitude, s.
     #[inline]
     pub(super) fn shears(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
-        (0.5 * self.dt, -self.specific_velocity, -self.dt * self.attitude)
+        (0.5 * self.dt, self.tilt, self.bias)
     }
 
     /// Whether the Earth turns.

@@ -144,7 +144,7 @@ impl Compass {
 impl Reference {
     /// A field, seen with the filter's heading; none where there is no field.
     fn of(field: Field, filter: &ErrorStateFilter) -> Option<Self> {
-        let heading_variance = filter.covariance.diagonal(Block::Attitude).z;
+        let heading_variance = filter.covariance().diagonal(Block::Attitude).z;
         (field.strength > 0.0).then_some(Self { field, heading_variance })
     }
 }
@@ -203,6 +203,7 @@ mod tests {
     use crate::alignment::Aligned;
     use crate::config::{Config, HealthConfig};
     use crate::rotation::about_up;
+    use crate::simulation::SimulationSettings;
 
     const DT: f64 = 0.01;
     const HEADING_STD: f64 = 0.1;
@@ -220,7 +221,8 @@ mod tests {
         fn new(truth: UnitQuaternion<f64>, field: &Vector3<f64>) -> Self {
             let config = MagnetometerConfig { heading: true, ..MagnetometerConfig::default() };
             let aligned = Aligned { attitude: truth, gyro_bias: Vector3::zeros(), at_rest: true, rest: 1.0, sway: 0.0 };
-            let filter = ErrorStateFilter::new(&Config::default(), &aligned, 0.0, Vector3::zeros());
+            let strapdown = SimulationSettings::default().strapdown();
+            let filter = ErrorStateFilter::new(&Config::default(), &aligned, 0.0, &strapdown);
             let monitor = HealthMonitor::new(HealthConfig::default());
             let mut trial = Self { compass: Compass::new(&config).unwrap(), filter, monitor, truth };
             trial.read(field);
@@ -248,8 +250,8 @@ mod tests {
         /// The estimated heading turns away by `error` (rad) from the true one, and is as uncertain as [`HEADING_STD`] says.
         fn turn_away(&mut self, error: f64) {
             self.filter.estimate.nav.attitude = about_up(-error) * self.truth;
-            let variance = HEADING_STD.powi(2) - self.filter.covariance.diagonal(Block::Attitude).z;
-            self.filter.covariance.add_diagonal(Block::Attitude, &Vector3::new(0.0, 0.0, variance));
+            let variance = HEADING_STD.powi(2) - self.filter.covariance().diagonal(Block::Attitude).z;
+            self.filter.doubt(Block::Attitude, variance, &mut ());
         }
 
         /// What is left of the error, rad.

@@ -39,7 +39,7 @@ impl Navigator {
                     return Ok(self.stay(nav, arrived, decision));
                 };
                 let (anchor, moving) = alignment.handover(&arrived.sample);
-                let filter = ErrorStateFilter::new(&self.config, &aligned, anchor.time, self.strapdown.earth_rate);
+                let filter = ErrorStateFilter::new(&self.config, &aligned, anchor.time, &self.strapdown);
                 let walk = Walk::new(filter, &anchor);
                 let fine = self.config.alignment.fine_duration;
                 if fine > 0.0 && aligned.at_rest && moving.is_empty() {

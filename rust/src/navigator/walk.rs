@@ -85,7 +85,7 @@ impl Walk {
         strides: Option<&mut Measured>,
     ) -> Self {
         let mut journal = strides.map(|strides| {
-            strides.begin(&self.filter.covariance);
+            strides.begin(&self.filter.covariance());
             strides.journal()
         });
         for sample in samples {
@@ -118,7 +118,7 @@ impl Walk {
         self.unaided.step(&self.filter.estimate.nav.velocity, &interval.velocity_gain, stationary);
         self.rolling.step::<L>(&interval, stationary, config.rolling_rate);
         let rests = self.rests(config, &interval, *events);
-        self.predict::<L>(&interval, *events, journal);
+        self.predict::<L>(&interval, *events, !stationary && !rests, journal);
         let stands = stationary && dt > 0.0 && self.stand::<L>(config, monitor, &interval, sample, journal);
         if !stands {
             self.footing.go_on(dt, config.zero_velocity_shared);
@@ -217,16 +217,16 @@ impl Walk {
         journal: &mut impl Journal,
     ) -> Interval {
         let interval = self.propagate::<L>(strapdown, sample);
-        self.predict::<L>(&interval, events, journal);
+        self.predict::<L>(&interval, events, false, journal);
         interval
     }
 
-    /// Prediction over an interval.
+    /// Prediction over an interval, which may have to wait for others if the foot `swings`; what clips adds too much noise for that.
     #[inline(always)]
-    fn predict<L: Lanes>(&mut self, interval: &Interval, events: Reasons, journal: &mut impl Journal) {
+    fn predict<L: Lanes>(&mut self, interval: &Interval, events: Reasons, swings: bool, journal: &mut impl Journal) {
         let strayed = self.footing.take_strayed();
         let clipped = events.contains(Reasons::CLIPPED);
-        self.filter.predict::<L>(&interval.step, clipped, interval.bridged, strayed, journal);
+        self.filter.predict::<L>(&interval.step, clipped, interval.bridged, strayed, swings && !clipped, journal);
     }
 
     /// Goes on after a gap that is too long to be bridged.

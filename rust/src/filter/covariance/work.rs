@@ -41,10 +41,7 @@ impl Work for PredictOnEarth<'_> {
         let Self { p, transition, noise } = self;
         p.shear_all::<L>(&transition, &Noise::default());
         transition.turn_with_earth(p);
-        let Noise { position, velocity, attitude, gyro_bias, accel_bias } = noise;
-        for (block, variance) in Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias]) {
-            p.add_variance(block, variance);
-        }
+        p.add_noise(&noise);
     }
 }
 
