@@ -384,7 +384,7 @@ impl ErrorStateFilter {
 
     /// Checks that the state is finite and every variance positive, of an estimate that nothing was observed of since the last check.
     ///
-    /// A prediction takes nothing off a variance, and one that is not finite is at once in the position's.
+    /// A prediction takes nothing off a variance, and what is not finite, in the state or in its covariance, is at once in the position's.
     ///
     /// # Errors
     /// As [`ErrorStateFilter::check`].
@@ -392,7 +392,7 @@ impl ErrorStateFilter {
     pub(crate) fn check_prediction(&self) -> Result<(), NumericalError> {
         let [x, y, z] = self.propagation.behind().diagonal(Block::Position).into();
         let positive = x > 0.0 && y > 0.0 && z > 0.0;
-        if positive && (x + y + z + self.estimate.nav.sum()).is_finite() { Ok(()) } else { self.check() }
+        if positive && (x + y + z + self.estimate.nav.position.sum()).is_finite() { Ok(()) } else { self.check() }
     }
 
     /// Checks that the state is finite and every variance positive.

@@ -453,13 +453,14 @@ impl Navigator {
     /// Solves the oldest waiting sample, and answers whether a solution came out.
     #[inline(always)]
     fn solve<L: Lanes>(&mut self, decision: &Decision) -> Result<bool, Error> {
-        let Some(&arrived) = self.waiting.oldest() else { return Ok(false) };
+        let Some(arrived) = self.waiting.oldest() else { return Ok(false) };
         let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
         let alone = self.smoother.is_none() && self.strides.is_none() && self.compass.is_none() && self.scale.is_none();
         let (Phase::Walking(walk), true) = (&mut self.phase, alone) else {
-            return L::call(SolveInFull { navigator: self, arrived, decision: *decision });
+            let (arrived, decision) = (*arrived, *decision);
+            return L::call(SolveInFull { navigator: self, arrived, decision });
         };
-        let found = walk.update::<L>(&setting, &mut self.monitor, &arrived, decision, &mut ())?;
+        let found = walk.update::<L>(&setting, &mut self.monitor, arrived, decision, &mut ())?;
         self.reasons_so_far |= found.reasons;
         self.latest = Latest::OfWalk(found);
         Ok(true)

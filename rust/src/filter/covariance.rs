@@ -177,7 +177,7 @@ impl Covariance {
         let Some(whitener) = whitener else {
             return Update { distance: f64::INFINITY, accepted: false };
         };
-        let white_innovation = whitener * innovation;
+        let white_innovation = lower_times::<L>(&whitener, innovation);
         let distance = white_innovation.norm_squared();
         if distance.is_nan() || distance > gate {
             return Update { distance, accepted: false };
@@ -302,6 +302,16 @@ fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let d2 = inverse(s.m33 - l20 * s.m31 - l21 * rest)?;
     let (w0, w1, w2) = (d0.sqrt(), d1.sqrt(), d2.sqrt());
     Some(Matrix3::new(w0, 0.0, 0.0, -l10 * w1, w1, 0.0, (l21 * l10 - l20) * w2, -l21 * w2, w2))
+}
+
+/// The product of a lower triangle and a vector.
+#[inline(always)]
+fn lower_times<L: Lanes>(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(
+        m.m11 * v.x,
+        L::fused(m.m21, v.x, m.m22 * v.y),
+        L::fused(m.m31, v.x, L::fused(m.m32, v.y, m.m33 * v.z)),
+    )
 }
 
 #[cfg(test)]
