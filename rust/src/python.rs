@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use crate::config::{AdaptiveShoeConfig, Config, DetectorConfig, PRESETS};
 use crate::detector::{configured, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
-use crate::python::block::rows;
+use crate::python::block::Block;
 use crate::python::detector::PyDetector;
 
 mod allan;
@@ -119,7 +119,7 @@ fn detect<'py>(
     detector: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let config: Config = from_json(config)?;
-    let samples = rows(&(t, accel, gyro))?;
+    let samples = Block::of(&(t, accel, gyro))?.samples();
     let decisions = match detector {
         None => {
             let detector = configured(&config, rate_hz)?;

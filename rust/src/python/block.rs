@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use numpy::ndarray::{ArrayView1, ArrayView2, s};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArray};
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 use crate::error::Error;
@@ -13,16 +15,43 @@ use crate::sample::{ImuSample, MagSample};
 /// Stamps, specific force and angular rate.
 pub(super) type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
 
-/// Arrays as columns; none if one of them has still to be made an array of numbers of so many dimensions.
+/// Samples, and readings of a magnetometer if there is one.
+type Readings = (Vec<ImuSample>, Option<Vec<MagSample>>);
+
+/// The arrays of a short block, which are read before anything else happens to them.
 ///
-/// That goes for an instance of a subclass, too: some entries of a masked array do not count.
-pub(super) fn columns<'py>(
-    t: &Bound<'py, PyAny>,
-    accel: &Bound<'py, PyAny>,
-    gyro: &Bound<'py, PyAny>,
-) -> Option<Columns<'py>> {
-    let exact = [t, accel, gyro].into_iter().all(PyAnyMethods::is_exact_instance_of::<PyUntypedArray>);
-    if exact { Some((t.extract().ok()?, accel.extract().ok()?, gyro.extract().ok()?)) } else { None }
+/// Nobody is told that they are being read, as with [`Columns`]: that takes as long as three samples.
+pub(super) struct Arrays<'a, 'py> {
+    t: &'a Bound<'py, PyArray1<f64>>,
+    accel: &'a Bound<'py, PyArray2<f64>>,
+    gyro: &'a Bound<'py, PyArray2<f64>>,
+}
+
+impl<'a, 'py> Arrays<'a, 'py> {
+    /// None if one of them has still to be made an array of numbers of so many dimensions.
+    ///
+    /// That goes for an instance of a subclass, too, since some entries of a masked array do not count, and for a field of packed records, whose numbers lie anywhere.
+    pub(super) fn of(
+        t: &'a Bound<'py, PyAny>,
+        accel: &'a Bound<'py, PyAny>,
+        gyro: &'a Bound<'py, PyAny>,
+    ) -> Option<Self> {
+        if ![t, accel, gyro].into_iter().all(PyAnyMethods::is_exact_instance_of::<PyUntypedArray>) {
+            return None;
+        }
+        let arrays = Self { t: t.cast().ok()?, accel: accel.cast().ok()?, gyro: gyro.cast().ok()? };
+        let aligned = arrays.t.is_aligned() && arrays.accel.is_aligned() && arrays.gyro.is_aligned();
+        aligned.then_some(arrays)
+    }
+
+    /// Copies of the samples, and of the readings of a magnetometer beside them.
+    #[expect(unsafe_code, reason = "views of arrays that nobody was told of")]
+    pub(super) fn read(&self, mag: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Readings> {
+        // SAFETY: the arrays are aligned; the views end with this call, which holds the interpreter and runs no code of Python, and nothing in this library writes to an array that Python knows.
+        let (t, accel, gyro) = unsafe { (self.t.as_array(), self.accel.as_array(), self.gyro.as_array()) };
+        let block = Block { t, accel, gyro }.checked()?;
+        Ok((block.samples(), mag.map(|mag| block.fields(&mag)).transpose()?))
+    }
 }
 
 /// Columns of equal length in `NumPy`'s memory.
@@ -34,17 +63,20 @@ pub(super) struct Block<'a> {
 
 impl<'a> Block<'a> {
     pub(super) fn of((t, accel, gyro): &'a Columns<'_>) -> PyResult<Self> {
-        let block = Self { t: t.as_array(), accel: accel.as_array(), gyro: gyro.as_array() };
-        let shape = [block.len(), 3];
-        if block.accel.shape() == shape && block.gyro.shape() == shape {
-            return Ok(block);
+        Self { t: t.as_array(), accel: accel.as_array(), gyro: gyro.as_array() }.checked()
+    }
+
+    fn checked(self) -> PyResult<Self> {
+        let shape = [self.len(), 3];
+        if self.accel.shape() == shape && self.gyro.shape() == shape {
+            return Ok(self);
         }
         Err(DataError::new_err(format!(
             "{} stamps need accel and gyro of shape ({}, 3); got {:?} and {:?}",
-            block.len(),
-            block.len(),
-            block.accel.shape(),
-            block.gyro.shape()
+            self.len(),
+            self.len(),
+            self.accel.shape(),
+            self.gyro.shape()
         )))
     }
 
@@ -59,6 +91,13 @@ impl<'a> Block<'a> {
             accel: self.accel.slice(s![rows.clone(), ..]),
             gyro: self.gyro.slice(s![rows, ..]),
         }
+    }
+
+    /// A copy of the samples, so that the interpreter can be released while they are worked on.
+    pub(super) fn samples(&self) -> Vec<ImuSample> {
+        let mut samples = Vec::with_capacity(self.len());
+        self.copy_to(&mut samples);
+        samples
     }
 
     /// Appends a copy of the samples.
@@ -86,12 +125,4 @@ impl<'a> Block<'a> {
         let read = rows.filter(|(_, field)| !field.iter().all(|component| component.is_nan()));
         Ok(read.map(|(t, field)| MagSample::new(t, field)).collect::<Result<_, _>>().map_err(Error::from)?)
     }
-}
-
-/// Copies a block of samples out of `NumPy`'s memory, so that the interpreter can be released while it is worked on.
-pub(super) fn rows(columns: &Columns<'_>) -> PyResult<Vec<ImuSample>> {
-    let block = Block::of(columns)?;
-    let mut samples = Vec::with_capacity(block.len());
-    block.copy_to(&mut samples);
-    Ok(samples)
 }

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::filter::states::STATES;
 use crate::health::{Health, Reasons};
 use crate::navigator::{Navigator, Solution};
-use crate::python::block::{self, Block, rows};
+use crate::python::block::Arrays;
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
@@ -18,6 +18,9 @@ use crate::python::{from_json, matrix};
 use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
+
+/// Samples of a block from which on the interpreter is left to others: fewer are done before another thread would have taken it.
+const SHORT: usize = 100;
 
 /// The solutions that came out, and the health that they came out in; a column becomes an array when it is asked for.
 #[pyclass(frozen, name = "Columns", module = "footnav._core")]
@@ -104,17 +107,20 @@ impl PyNavigator {
         mag: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<Option<PyColumns>> {
         self.check(py)?;
-        let Some(columns) = block::columns(t, accel, gyro) else { return Ok(None) };
-        let samples = rows(&columns)?;
+        let Some(arrays) = Arrays::of(t, accel, gyro) else { return Ok(None) };
+        let (samples, fields) = arrays.read(mag)?;
         let navigator = &mut **self.inner.lock()?;
-        if let Some(mag) = mag {
+        if let Some(fields) = fields {
             navigator.check_block(&samples)?;
-            Block::of(&columns)?.fields(&mag)?.iter().for_each(|reading| navigator.push_field(reading));
+            for reading in &fields {
+                navigator.push_field(reading);
+            }
         } else {
             navigator.check_field().map_err(Error::from)?;
         }
         let mut solutions = Vec::with_capacity(samples.len());
-        let pushed = py.detach(|| navigator.push_block_into(&samples, &mut solutions));
+        let mut push = || navigator.push_block_into(&samples, &mut solutions);
+        let pushed = if samples.len() < SHORT { push() } else { py.detach(push) };
         self.check(py)?;
         pushed?;
         Ok(Some(PyColumns { solutions, health: navigator.health() }))

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::python::block::rows;
+use crate::python::block::Block;
 use crate::python::{ConfigError, from_json, keyboard, matrix, to_json};
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
@@ -61,7 +61,7 @@ pub(super) fn corrupt<'py>(
     gyro: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
     let errors: SensorErrors = from_json(sensor)?;
-    let truth = rows(&(t, accel, gyro))?;
+    let truth = Block::of(&(t, accel, gyro))?.samples();
     let readings = py.detach(|| crate::simulation::corrupt(&truth, &errors, seed))?;
     let accel = readings.iter().map(|sample| sample.specific_force.into()).collect();
     let gyro = readings.iter().map(|sample| sample.angular_rate.into()).collect();
