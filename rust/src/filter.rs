@@ -378,7 +378,7 @@ impl ErrorStateFilter {
     /// One-sigma uncertainty of roll or pitch, whichever is larger, rad.
     #[must_use]
     pub fn tilt_std(&self) -> f64 {
-        let attitude = self.propagation.behind().diagonal(Block::Attitude);
+        let attitude = self.propagation.lagging().diagonal(Block::Attitude);
         attitude.x.max(attitude.y).max(0.0).sqrt()
     }
 
@@ -390,7 +390,7 @@ impl ErrorStateFilter {
     /// As [`ErrorStateFilter::check`].
     #[inline(always)]
     pub(crate) fn check_prediction(&self) -> Result<(), NumericalError> {
-        let [x, y, z] = self.propagation.behind().diagonal(Block::Position).into();
+        let [x, y, z] = self.propagation.lagging().diagonal(Block::Position).into();
         let positive = x > 0.0 && y > 0.0 && z > 0.0;
         if positive && (x + y + z + self.estimate.nav.position.sum()).is_finite() { Ok(()) } else { self.check() }
     }
@@ -405,7 +405,7 @@ impl ErrorStateFilter {
         if !self.estimate.nav.is_finite() {
             return Err(NumericalError::StateNotFinite { time });
         }
-        match self.propagation.behind().first_not_positive() {
+        match self.propagation.lagging().first_not_positive() {
             None => Ok(()),
             Some((state, variance)) => Err(NumericalError::CovarianceNotPositive { time, state, variance }),
         }

@@ -79,7 +79,7 @@ impl Propagation {
 
     /// The covariance before the steps that wait.
     #[inline(always)]
-    pub(super) fn behind(&self) -> &Covariance {
+    pub(super) fn lagging(&self) -> &Covariance {
         &self.covariance
     }
 
