@@ -41,7 +41,7 @@ pub(super) const fn at(i: usize, j: usize) -> usize {
     i * (2 * BLOCKS - 1 - i) / 2 + j
 }
 
-/// A 3x3 block: three rows of three numbers and a zero.
+/// A 3x3 block: three rows of three numbers and a zero; or a block of four columns, with a number in place of the zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Rows(pub(super) [[f64; 4]; 3]);
 

@@ -15,26 +15,30 @@
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3};
 
+use super::blocks::Rows;
 use super::covariance::Covariance;
 use super::journal::Journal;
+use super::kernel::{Columns, move_columns, reduce_columns};
 use super::observation::Observation;
-use super::states::{BLOCKS, Block, Linear};
+use super::states::{Block, Linear};
 use super::transition::{Noise, Transition};
+use crate::lanes::{Lanes, Work, dispatch};
 
 /// Pose errors of an instant before, and what the errors of now have to do with them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ClonedErrors {
     own: Matrix4<f64>,
-    cross: [Matrix3x4<f64>; BLOCKS],
+    /// X, a column for each of the cloned errors.
+    cross: Columns,
 }
 
 impl ClonedErrors {
     /// Clones the errors of now.
     pub(crate) fn of(p: &Covariance) -> Self {
         let cross = Block::ALL.map(|block| {
-            let mut columns = p.block(block, Block::Position).fixed_resize::<3, 4>(0.0);
-            columns.set_column(3, &p.block(block, Block::Attitude).column(2));
-            columns
+            let position = p.block(block, Block::Position);
+            let attitude = p.block(block, Block::Attitude);
+            Rows([0, 1, 2].map(|k| [position[(k, 0)], position[(k, 1)], position[(k, 2)], attitude[(k, 2)]]))
         });
         Self { own: pose_rows(&cross), cross }
     }
@@ -49,8 +53,12 @@ impl ClonedErrors {
         pose_rows(&self.cross)
     }
 
-    fn block_mut(&mut self, block: Block) -> &mut Matrix3x4<f64> {
-        &mut self.cross[block.index()]
+    fn block(&self, block: Block) -> Matrix3x4<f64> {
+        Matrix3x4::from_row_slice(self.cross[block.index()].0.as_flattened())
+    }
+
+    fn replace(&mut self, block: Block, columns: &Matrix3x4<f64>) {
+        self.cross[block.index()] = Rows([0, 1, 2].map(|k| columns.row(k).transpose().into()));
     }
 }
 
@@ -59,35 +67,34 @@ pub(crate) fn pose_covariance(p: &Covariance) -> Matrix4<f64> {
     *ClonedErrors::of(p).own()
 }
 
-fn pose_rows(columns: &[Matrix3x4<f64>; BLOCKS]) -> Matrix4<f64> {
-    let mut rows = columns[Block::Position.index()].fixed_resize::<4, 4>(0.0);
-    rows.set_row(3, &columns[Block::Attitude.index()].row(2));
-    rows
+fn pose_rows(columns: &Columns) -> Matrix4<f64> {
+    let [x, y, z] = columns[Block::Position.index()].0;
+    let heading = columns[Block::Attitude.index()].0[2];
+    Matrix4::from_row_slice([x, y, z, heading].as_flattened())
 }
 
 impl Linear for ClonedErrors {
     #[inline]
     fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
-        let gain = m * self.cross[source.index()];
-        *self.block_mut(target) += gain;
+        self.replace(target, &(self.block(target) + m * self.block(source)));
     }
 
     #[inline]
     fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
-        let gain = scale * self.cross[source.index()];
-        *self.block_mut(target) += gain;
+        self.replace(target, &(self.block(target) + scale * self.block(source)));
     }
 
     #[inline]
     fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
-        *self.block_mut(block) = m * self.cross[block.index()];
+        self.replace(block, &(m * self.block(block)));
     }
 }
 
 impl Journal for ClonedErrors {
     #[inline]
     fn transition(&mut self, transition: &Transition, _: &Noise) {
-        transition.apply(self);
+        dispatch(Move { x: &mut self.cross, transition });
+        transition.turn_with_earth(self);
     }
 
     #[inline]
@@ -100,12 +107,42 @@ impl Journal for ClonedErrors {
 
     #[inline]
     fn observation(&mut self, observation: &Observation) {
-        observation.reduce(&mut self.cross);
+        dispatch(Reduce { x: &mut self.cross, observation });
     }
 
     #[inline]
     fn forget(&mut self, block: Block, _: &Vector3<f64>) {
-        self.block_mut(block).fill(0.0);
+        self.cross[block.index()] = Rows::default();
+    }
+}
+
+struct Move<'a> {
+    x: &'a mut Columns,
+    transition: &'a Transition,
+}
+
+impl Work for Move<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (half, tilt, bias) = self.transition.shears();
+        move_columns::<L>(self.x, half, &tilt, &bias);
+    }
+}
+
+struct Reduce<'a> {
+    x: &'a mut Columns,
+    observation: &'a Observation,
+}
+
+impl Work for Reduce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Observation { block, whitener, white_gain, .. } = self.observation;
+        reduce_columns::<L>(self.x, block.index(), whitener, white_gain);
     }
 }
 
@@ -272,8 +309,9 @@ mod tests {
             let scale = dense.norm();
             prop_assert!((p.dense() - dense.fixed_view::<STATES, STATES>(0, 0)).norm() < 1e-9 * scale);
             prop_assert!((clone.own - dense.fixed_view::<4, 4>(STATES, STATES)).norm() < 1e-9 * scale);
-            for (block, rows) in clone.cross.iter().enumerate() {
-                prop_assert!((rows - dense.fixed_view::<3, 4>(3 * block, STATES)).norm() < 1e-9 * scale);
+            for block in Block::ALL {
+                let expected = dense.fixed_view::<3, 4>(3 * block.index(), STATES);
+                prop_assert!((clone.block(block) - expected).norm() < 1e-9 * scale);
             }
         }
 

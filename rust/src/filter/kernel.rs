@@ -38,7 +38,8 @@ const F: usize = Block::AccelBias.index();
 /// A block on the diagonal gains `G + Gᵀ`, where G is made of the mean of another block before and after the shear.
 #[inline(always)]
 pub(super) fn predict<L: Lanes>(p: &mut Upper, prediction: &Prediction<'_>) {
-    let (shears, noise) = (Shears::<L>::new(prediction), prediction.noise);
+    let Prediction { half, tilt, bias, noise } = prediction;
+    let shears = Shears::<L>::new(*half, tilt, bias);
     let accel_bias = shears.move_column(p, F);
     let gain = shears.gain_of_accel_bias(&accel_bias);
     add_noise::<L>(p, F, noise.accel_bias);
@@ -82,14 +83,26 @@ struct Moving<L> {
 
 impl<L: Lanes> Shears<L> {
     #[inline(always)]
-    fn new(&Prediction { half, tilt, bias, .. }: &Prediction<'_>) -> Self {
-        Self { half: L::splat(half), tilt: SpreadVector::new(&tilt), bias: SpreadMatrix::new(bias) }
+    fn new(half: f64, tilt: &Vector3<f64>, bias: &Matrix3<f64>) -> Self {
+        Self { half: L::splat(half), tilt: SpreadVector::new(tilt), bias: SpreadMatrix::new(bias) }
+    }
+
+    /// What the velocity's rows gain from those of attitude and accelerometer's bias.
+    #[inline(always)]
+    fn gain(&self, attitude: Loaded<L>, accel_bias: Loaded<L>) -> Loaded<L> {
+        self.tilt.cross(attitude).plus_spread_product(&self.bias, accel_bias)
+    }
+
+    /// The position's rows after the velocity's changed.
+    #[inline(always)]
+    fn led_on(&self, position: Loaded<L>, before: Loaded<L>, after: Loaded<L>) -> Loaded<L> {
+        position.plus_scaled(self.half, before).plus_scaled(self.half, after)
     }
 
     /// Position and velocity move in the column of another block.  Returns what they are while the velocity gains: the mean of its own before and after, and the position between its two halves.
     #[inline(always)]
     fn move_column(&self, p: &mut Upper, column: usize) -> Moving<L> {
-        let gain = self.tilt.cross(load_at(p, A, column)).plus_spread_product(&self.bias, load_at(p, F, column));
+        let gain = self.gain(load_at(p, A, column), load_at(p, F, column));
         let before = load_at::<L>(p, V, column);
         let after = before.plus(1.0, gain);
         let position = load_at::<L>(p, P, column).plus_scaled(self.half, before);
@@ -125,8 +138,7 @@ impl<L: Lanes> Shears<L> {
         after.plus_diagonal(noise.velocity).store(&mut p[at(V, V)]);
 
         let cross = load_at::<L>(p, P, V);
-        let moved = cross.plus(1.0, gain.position.transpose());
-        let moved = moved.plus_scaled(self.half, before).plus_scaled(self.half, after);
+        let moved = self.led_on(cross.plus(1.0, gain.position.transpose()), before, after);
         moved.plus_diagonal(noise.position_velocity).store(&mut p[at(P, V)]);
         self.move_position(p, cross.plus(1.0, moved), own, noise.position);
     }
@@ -160,6 +172,35 @@ impl<L: Lanes> Shears<L> {
         for row in [V, P] {
             load_at::<L>(p, row, A).plus_product(&p[at(row, W)], bias).store(&mut p[at(row, A)]);
         }
+    }
+}
+
+/// Four columns of error states, block by block.
+pub(super) type Columns = [Rows; BLOCKS];
+
+/// X becomes F X.
+#[inline(always)]
+pub(super) fn move_columns<L: Lanes>(x: &mut Columns, half: f64, tilt: &Vector3<f64>, bias: &Matrix3<f64>) {
+    let shears = Shears::<L>::new(half, tilt, bias);
+    let [position, velocity, attitude, gyro_bias, accel_bias] = x;
+    let before = load(velocity);
+    let after = before.plus(1.0, shears.gain(load(attitude), load(accel_bias)));
+    shears.led_on(load(position), before, after).store(position);
+    after.store(velocity);
+    load(attitude).plus_spread_product(&shears.bias, load(gyro_bias)).store(attitude);
+}
+
+/// X becomes (I - K H) X, which is `X - Vᵀ L⁻¹ H X`, where the whitener is the lower triangle L⁻¹ and the block b is observed.
+#[inline(always)]
+pub(super) fn reduce_columns<L: Lanes>(
+    x: &mut Columns,
+    b: usize,
+    whitener: &Matrix3<f64>,
+    WhiteGain(gain): &WhiteGain,
+) {
+    let lost = Loaded::<L>::zero().plus(-1.0, load(&x[b]).times_lower(&whitener.into()));
+    for (block, gain) in x.iter_mut().zip(gain) {
+        load(block).plus_transposed_product(gain, lost).store(block);
     }
 }
 
@@ -204,11 +245,6 @@ impl Work for Shear<'_> {
 pub(super) struct WhiteGain(pub(super) [Rows; BLOCKS]);
 
 impl WhiteGain {
-    /// A block of Vᵀ, the white gain W of the observation.
-    pub(super) fn block(&self, index: usize) -> Matrix3<f64> {
-        Matrix3::from(&self.0[index].transpose())
-    }
-
     /// Adds Wᵀ λ to `white`.
     #[inline]
     pub(super) fn add_seen(&self, costate: &[Vector3<f64>; BLOCKS], white: &mut Vector3<f64>) {

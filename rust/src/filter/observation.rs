@@ -3,11 +3,11 @@
 //! With the innovation covariance S = H P Hᵀ + R = L Lᵀ, the gain is K = W L⁻¹ where W = P Hᵀ L⁻ᵀ, and the estimated errors are W times the whitened innovation L⁻¹ y.  An axis that is
 //! not observed has a zero in place of its column of W, its row of L⁻¹ and its part of y.
 
-use nalgebra::{Matrix3, Matrix3x4, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::covariance::Covariance;
 use super::kernel::{Errors, WhiteGain};
-use super::states::{BLOCKS, Block, ErrorStates};
+use super::states::{Block, ErrorStates};
 
 /// Outcome of an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,15 +51,6 @@ impl Observation {
         let [position, velocity, attitude, gyro_bias, accel_bias] = &self.errors;
         let states = |[x, y, z, _]: &[f64; 4]| Vector3::new(*x, *y, *z);
         ErrorStates([states(position), states(velocity), states(attitude), states(gyro_bias), states(accel_bias)])
-    }
-
-    /// Columns of error states after the observation: (I - K H) X.
-    #[inline]
-    pub(super) fn reduce(&self, columns: &mut [Matrix3x4<f64>; BLOCKS]) {
-        let white = self.whitener * columns[self.block.index()];
-        for (k, rows) in columns.iter_mut().enumerate() {
-            *rows -= self.white_gain.block(k) * white;
-        }
     }
 
     /// Carries the costate of the errors λ from after the observation to before it: (I - K H)ᵀ λ - Hᵀ S⁻¹ y.
