@@ -38,7 +38,7 @@ impl Kept {
     /// Makes room for more solutions.
     ///
     /// All of it is asked for in one piece first.  The C library of Linux gives memory back to the system once twice as much is free as the largest piece that ever came back, and a track whose
-    /// columns are given back one by one would have it clear that memory anew for the next track: a tenth of the time in threads.
+    /// columns are given back one by one would have it clear that memory anew for the next track: up to a tenth of the time in threads.
     fn reserve(&mut self, solutions: usize) {
         drop(black_box(Vec::<Solution>::with_capacity(solutions)));
         self.trajectory.reserve(solutions);

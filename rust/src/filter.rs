@@ -162,7 +162,7 @@ impl ErrorStateFilter {
         }
     }
 
-    /// Carries the covariance over one step of the mechanization, which may have to wait for others if it `may_wait`.
+    /// Carries the covariance over one step of the mechanization, which may have to wait for others if the foot `swings`; what clips adds too much noise for that.
     ///
     /// `bridged` is the part of the step that no sample speaks for, s; `strayed` is a variance that the position gains beside it, m².
     #[inline(always)]
@@ -172,13 +172,13 @@ impl ErrorStateFilter {
         clipped: bool,
         bridged: f64,
         strayed: f64,
-        may_wait: bool,
+        swings: bool,
         journal: &mut impl Journal,
     ) {
         let transition = Transition::new(step, &self.earth_rate);
         let motion = if clipped { self.clipped_factor * step.dt } else { step.dt };
         let noise = Noise { position: strayed, ..self.noise.over(motion, step.dt) };
-        self.propagation.step::<L>(transition, noise, may_wait, journal);
+        self.propagation.step::<L>(transition, noise, swings && !clipped, journal);
         if bridged > 0.0 {
             self.doubt_bridge(bridged, journal);
         }

@@ -41,8 +41,6 @@ pub struct FilterConfig {
     pub specific_force_noise: f64,
     /// Noise density of the angular rate beyond the sensor's own, rad/s/√Hz.
     pub angular_rate_noise: f64,
-    /// While the foot swings the covariance is carried over as many samples at once as take about this time, s; zero: over one after the other, as with a smoother.
-    pub covariance_interval: f64,
     /// Factor by which both grow at a sample that clips.
     pub clipped_noise_factor: f64,
     /// Standard deviation of a foot's velocity in stance, m/s.
@@ -73,6 +71,8 @@ pub struct FilterConfig {
     pub rest_rate: f64,
     /// How long the angular rate must have stayed below that, s.
     pub rest_duration: f64,
+    /// While the foot swings the covariance is carried over as many samples at once as take about this time, s; zero: over one after the other, as with a smoother.
+    pub covariance_interval: f64,
 }
 
 impl Default for FilterConfig {
@@ -81,7 +81,6 @@ impl Default for FilterConfig {
             kind: FilterKind::default(),
             specific_force_noise: 0.1,
             angular_rate_noise: 1.0e-3,
-            covariance_interval: 0.02,
             clipped_noise_factor: 30.0,
             zero_velocity_std: 0.01,
             zero_velocity_lever: 0.03,
@@ -96,6 +95,7 @@ impl Default for FilterConfig {
             zero_angular_rate_std: 0.02,
             rest_rate: 0.05,
             rest_duration: 0.5,
+            covariance_interval: 0.02,
         }
     }
 }
@@ -104,7 +104,6 @@ impl FilterConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         at_least_zero("filter.specific_force_noise", self.specific_force_noise)?;
         at_least_zero("filter.angular_rate_noise", self.angular_rate_noise)?;
-        within("filter.covariance_interval", self.covariance_interval, 0.0..=0.1, "between 0 and 0.1")?;
         within("filter.clipped_noise_factor", self.clipped_noise_factor, 1.0..=f64::MAX, "at least 1")?;
         positive("filter.zero_velocity_std", self.zero_velocity_std)?;
         at_least_zero("filter.zero_velocity_lever", self.zero_velocity_lever)?;
@@ -117,6 +116,7 @@ impl FilterConfig {
         positive("filter.zero_angular_rate_std", self.zero_angular_rate_std)?;
         positive("filter.rest_rate", self.rest_rate)?;
         positive("filter.rest_duration", self.rest_duration)?;
+        within("filter.covariance_interval", self.covariance_interval, 0.0..=0.1, "between 0 and 0.1")?;
         self.validate_attitude_update()
     }
 

@@ -90,6 +90,7 @@ impl Covariance {
         kernel::predict::<L>(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
     }
 
+    /// Adds Q.
     fn add_noise(&mut self, noise: &Noise) {
         let &Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity } = noise;
         for (block, variance) in Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias]) {

@@ -221,12 +221,12 @@ impl Walk {
         interval
     }
 
-    /// Prediction over an interval, which may have to wait for others if the foot `swings`; what clips adds too much noise for that.
+    /// Prediction over an interval.
     #[inline(always)]
     fn predict<L: Lanes>(&mut self, interval: &Interval, events: Reasons, swings: bool, journal: &mut impl Journal) {
         let strayed = self.footing.take_strayed();
         let clipped = events.contains(Reasons::CLIPPED);
-        self.filter.predict::<L>(&interval.step, clipped, interval.bridged, strayed, swings && !clipped, journal);
+        self.filter.predict::<L>(&interval.step, clipped, interval.bridged, strayed, swings, journal);
     }
 
     /// Goes on after a gap that is too long to be bridged.

@@ -18,9 +18,9 @@ pub(super) type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py
 /// Samples, and readings of a magnetometer if there is one.
 type Readings = (Vec<ImuSample>, Option<Vec<MagSample>>);
 
-/// The arrays of a short block, which are read before anything else happens to them.
+/// The arrays of a block, which are read before anything else can happen to them.
 ///
-/// Nobody is told that they are being read, as with [`Columns`]: that takes as long as three samples.
+/// So nobody has to be told that they are being read, as with [`Columns`], which takes as long as two samples.
 pub(super) struct Arrays<'a, 'py> {
     t: &'a Bound<'py, PyArray1<f64>>,
     accel: &'a Bound<'py, PyArray2<f64>>,

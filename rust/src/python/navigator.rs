@@ -19,7 +19,7 @@ use crate::sample::ImuSample;
 use crate::strapdown::NavState;
 use crate::trajectory::Trajectory;
 
-/// Samples of a block from which on the interpreter is left to others: fewer are done before another thread would have taken it.
+/// Samples of a block from which on the interpreter is left to others; to leave it and take it back takes as long as a sample.
 const SHORT: usize = 100;
 
 /// The solutions that came out, and the health that they came out in; a column becomes an array when it is asked for.
