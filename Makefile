@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-RUST := $(shell find rust benches -name '*.rs') $(wildcard tests/*.rs) Cargo.toml Cargo.lock rustfmt.toml
+RUST := $(shell find rust benches -name '*.rs') $(wildcard tests/rust/*.rs) Cargo.toml Cargo.lock rustfmt.toml
 PACKAGE := $(shell find python -name '*.py' -o -name '*.pyi' -o -name py.typed) pyproject.toml README.md
 
 .PHONY: demo test lint format rust-test python-test instructions docs bench clean

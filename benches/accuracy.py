@@ -1,6 +1,7 @@
 """What each ingredient of the default configuration is worth: ``python benches/accuracy.py --data DIR [OPTIONS]``.
 
-One ingredient at a time is taken out, or one added, and all recordings are tracked with what is left.  DIR holds
+One ingredient at a time is taken out, or one added, and all recordings are tracked with what is
+left.  DIR holds
 
     vicon/*.npz        t, accel, gyro and the true position of each sample; SI units
     openshoe/*.npz     t, accel, gyro of walks that end where they began
@@ -8,8 +9,9 @@ One ingredient at a time is taken out, or one added, and all recordings are trac
                        gyroscope, left and then right; walks that end where they began
     xio/*.csv          an NGIMU's file of a walk that ends where it began
 
-and a set that is not there is left out.  Under motion capture the figures are the ARMSE of Wagstaff et al. 2019 and the
-RMS of the height; for the others, the distance between start and end, in percent of the way.
+and a set that is not there is left out.  Under motion capture the figures are the ARMSE of Wagstaff
+et al. 2019 and the RMS of the height; for the others, the distance between start and end, in
+percent of the way.
 """
 
 from __future__ import annotations
@@ -44,25 +46,31 @@ DEFAULT = "default"
 def without(**settings: Any) -> Config:
     """Return the default configuration with some settings of its sections changed: ``filter={"kind": "dr"}``."""
     base = Config()
-    return base.replace(**{name: getattr(base, name).replace(**changes) for name, changes in settings.items()})
+    return base.replace(
+        **{name: getattr(base, name).replace(**changes) for name, changes in settings.items()}
+    )
 
 
 CONFIGURATIONS = {
     DEFAULT: Config(),
     "fixed threshold (1e4)": Config(detector=Shoe(threshold=1e4)),
     "fixed threshold (3e4)": Config(detector=Shoe(threshold=3e4)),
-    "no contrast": without(detector={"contrast": 1.0}),
-    "no floor": without(detector={"floor": 0.0}),
-    "no ceiling": without(detector={"ceiling": 1e12}),
-    "foot rolls about nothing": without(filter={"rolling_rate": 0.0}),
-    "zero velocities all alike": without(filter={"zero_velocity_lever": 0.0}),
+    "no contrast": without(detector={"max_fraction": 1.0}),
+    "no floor": without(detector={"noise_floor": 0.0}),
+    "no ceiling": without(detector={"upper_bound": 1e12}),
+    "foot rolls about nothing": without(filter={"contact_rate": 0.0}),
+    "zero velocities all alike": without(filter={"zupt_lever_std": 0.0}),
     "no zero-angular-rate update": without(filter={"zero_angular_rate": False}),
     "rest at the start believed": without(sensor={"gyro_bias_std": 0.5}),
-    "noise of the sensor alone": without(filter={"specific_force_noise": 0.0, "angular_rate_noise": 0.0}),
+    "noise of the sensor alone": without(
+        filter={"specific_force_noise": 0.0, "angular_rate_noise": 0.0}
+    ),
     "clipped samples as any other": without(filter={"clipped_noise_factor": 1.0}),
-    "innovation gate of 16": without(filter={"innovation_gate": 16.0}),
-    "innovation gate of 16, never insists": without(filter={"innovation_gate": 16.0, "rejection_limit": 1e9}),
-    "no innovation gate": without(filter={"innovation_gate": 1e12}),
+    "innovation gate of 16": without(filter={"chi2_gate": 16.0}),
+    "innovation gate of 16, never insists": without(
+        filter={"chi2_gate": 16.0, "rejection_limit": 1e9}
+    ),
+    "no innovation gate": without(filter={"chi2_gate": 1e12}),
     "single-sample mechanization": without(mechanization={"kind": "single-sample"}),
     "first-order mechanization": without(mechanization={"kind": "first-order"}),
     "velocity corrected alone": without(filter={"kind": "dr"}),
@@ -100,7 +108,12 @@ def main() -> None:
         raise SystemExit(f"{arguments.data} has none of the sets: see {Path(__file__).name} --help")
     jobs = list(CONFIGURATIONS.items())
     with ProcessPoolExecutor(os.cpu_count(), initializer=_share, initargs=(walks,)) as pool:
-        rows = progress(pool.map(figures, [config for _, config in jobs]), "tracking", len(jobs), console=console)
+        rows = progress(
+            pool.map(figures, [config for _, config in jobs]),
+            "tracking",
+            len(jobs),
+            console=console,
+        )
         table = {name: row for (name, _), row in zip(jobs, rows, strict=True)}
     print(markdown(table) if arguments.markdown else plain(table))
     if arguments.json is not None:
@@ -108,10 +121,14 @@ def main() -> None:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, required=True, help="folder with the sets")
     parser.add_argument("--json", type=Path, help="file for the figures")
-    parser.add_argument("--markdown", action="store_true", help="print the table as it stands in docs/accuracy.md")
+    parser.add_argument(
+        "--markdown", action="store_true", help="print the table as it stands in docs/accuracy.md"
+    )
     return parser.parse_args()
 
 
@@ -177,8 +194,8 @@ def score(walk: Walk, config: Config) -> dict[str, float]:
 def against(truth: NDArray[np.float64], position: NDArray[np.float64]) -> dict[str, float]:
     """Return the errors against the truth, m, starts joined and yaw aligned 0.8 m away from the start.
 
-    As in Wagstaff et al. 2019 a track that stays nearer is aligned at its sample 300, not at its farthest one as
-    `footnav.evaluate` does.
+    As in Wagstaff et al. 2019 a track that stays nearer is aligned at its sample 300, not at its
+    farthest one as `footnav.evaluate` does.
     """
     estimate, reference = (points - points[0] for points in (position, truth))
     way, true_way = (points[:, 0] + 1j * points[:, 1] for points in (estimate, reference))
@@ -242,8 +259,12 @@ def plain(table: dict[str, dict[str, dict[str, float]]]) -> str:
     """Return the table as aligned text."""
     rows = cells(table)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [[cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)] for row in rows]
-    return "\n".join("  ".join([row[0].ljust(widths[0]), *line]) for row, line in zip(rows, lines, strict=True))
+    lines = [
+        [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)] for row in rows
+    ]
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *line]) for row, line in zip(rows, lines, strict=True)
+    )
 
 
 if __name__ == "__main__":

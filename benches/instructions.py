@@ -1,9 +1,10 @@
 """Instructions per sample, which noise cannot move: `python benches/instructions.py [--accept]`.
 
-Valgrind counts what one simulated walk through `Batch` executes, with each kernel and two detectors, and the counts are
-compared with those in instructions.toml: more by over the tolerance is a failure, fewer is worth an `--accept`, which
-rewrites the file.  The counts belong to one compiler; with another one they are shown, and nothing fails.  Valgrind
-knows AVX2 and FMA, but not AVX-512.
+Valgrind counts what one simulated walk through `Batch` executes, with each kernel and two
+detectors, and the counts are compared with those in instructions.toml: more by over the tolerance
+is a failure, fewer is worth an `--accept`, which rewrites the file.  The counts belong to one
+compiler; with another one they are shown, and nothing fails.  Valgrind knows AVX2 and FMA, but not
+AVX-512.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ KERNELS = {"plain": "plain", "avx2": ""}
 def main() -> int:
     """Count, compare, and say how it went as the exit status."""
     parser = argparse.ArgumentParser(description="Count the instructions of one fixed walk.")
-    parser.add_argument("--accept", action="store_true", help="make the counts of now those to compare with")
+    parser.add_argument(
+        "--accept", action="store_true", help="make the counts of now those to compare with"
+    )
     arguments = parser.parse_args()
     missing = _what_is_missing()
     if missing:
@@ -69,21 +72,34 @@ def _count(program: Path) -> dict[str, float]:
 
 def _flags() -> list[str]:
     """Return what the processor can do."""
-    found = re.search(r"^flags\s*:(.*)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+    found = re.search(
+        r"^flags\s*:(.*)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE
+    )
     return found[1].split() if found else []
 
 
 def _instructions_per_sample(program: Path, detector: str, kernel: str) -> float:
     with TemporaryDirectory() as folder:
         counts = Path(folder) / "counts"
-        command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={counts}", "--toggle-collect=*follow*"]
+        command = [
+            "valgrind",
+            "--tool=callgrind",
+            f"--callgrind-out-file={counts}",
+            "--toggle-collect=*follow*",
+        ]
         environment = os.environ | {"FOOTNAV_KERNEL": kernel}
         run = subprocess.run(
-            [*command, str(program), detector], env=environment, capture_output=True, text=True, check=False
+            [*command, str(program), detector],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if run.returncode != 0:
             raise SystemExit(f"{program} failed under valgrind:\n{run.stderr}")
-        total = re.search(r"^(?:summary|totals): (\d+)", counts.read_text(encoding="utf-8"), re.MULTILINE)
+        total = re.search(
+            r"^(?:summary|totals): (\d+)", counts.read_text(encoding="utf-8"), re.MULTILINE
+        )
     assert total is not None, "callgrind writes a summary"
     return int(total[1]) / int(run.stdout)
 
@@ -93,18 +109,24 @@ def _compare(counts: dict[str, float], accepted: dict[str, object]) -> int:
     assert isinstance(before, dict)
     comparable = compiler == _compiler()
     if not comparable:
-        print(f"the accepted counts belong to {compiler}; this is {_compiler()}, so nothing can fail")
+        print(
+            f"the accepted counts belong to {compiler}; this is {_compiler()}, so nothing can fail"
+        )
     worse = False
     for name, count in counts.items():
         change = count / before[name] - 1
         worse |= change > TOLERANCE
         remark = "too many" if change > TOLERANCE else "accept these" if change < -TOLERANCE else ""
-        print(f"{name:16} {count:8.0f} {before[name]:8.0f} {100 * change:+6.1f} % {remark}".rstrip())
+        print(
+            f"{name:16} {count:8.0f} {before[name]:8.0f} {100 * change:+6.1f} % {remark}".rstrip()
+        )
     return int(worse and comparable)
 
 
 def _compiler() -> str:
-    return subprocess.run(["rustc", "--version"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    return subprocess.run(
+        ["rustc", "--version"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.strip()
 
 
 def _toml(counts: dict[str, float]) -> str:

@@ -1,4 +1,5 @@
-//! The work whose instructions `benches/instructions.py` counts: one simulated walk through [`Batch`].
+//! The work whose instructions `benches/instructions.py` counts: one simulated walk through
+//! [`Batch`].
 //!
 //! The argument names the detector.  Whatever happens outside of `follow` is not counted.
 

@@ -1,8 +1,9 @@
 """A walk of 14 hours in one stream: `python benches/long_run.py [--millions N]`.
 
-A simulated round is walked again and again.  Each line gives, after another million samples, the processor time of one
-sample in that million and the memory that the process holds: neither may grow.  In the end the detector, which keeps
-running sums, is compared with one that saw the last seconds only.
+A simulated round is walked again and again.  Each line gives, after another million samples, the
+processor time of one sample in that million and the memory that the process holds: neither may
+grow.  In the end the detector, which keeps running sums, is compared with one that saw the last
+seconds only.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ def main() -> None:
     parser.add_argument("--millions", type=int, default=10, help="samples, in millions")
     millions = parser.parse_args().millions
     walk, _ = footnav.simulate(
-        [[0, 0], [20, 0], [20, 20], [0, 20], [0, 0]], sensor=footnav.SensorErrors.preset("mpu6050"), seed=1
+        [[0, 0], [20, 0], [20, 20], [0, 20], [0, 0]],
+        sensor=footnav.SensorErrors.preset("mpu6050"),
+        seed=1,
     )
     navigator = Navigator(rate_hz=walk.rate_hz)
     print("samples        ns/sample   MB held")
@@ -39,7 +42,10 @@ def main() -> None:
         for first in range(number * MILLION, (number + 1) * MILLION, BLOCK):
             navigator.push_block(*_rows(walk, np.arange(first, first + BLOCK)))
         spent = time.process_time() - start
-        print(f"{(number + 1) * MILLION:11,} {1e9 * spent / MILLION:10.0f} {_held() / 1e6:9.1f}", flush=True)
+        print(
+            f"{(number + 1) * MILLION:11,} {1e9 * spent / MILLION:10.0f} {_held() / 1e6:9.1f}",
+            flush=True,
+        )
     print(navigator.health)
     _compare(walk, millions * MILLION)
 
@@ -56,7 +62,9 @@ def _held() -> float:
     status = Path("/proc/self/statm")
     if status.exists():
         return int(status.read_text().split()[1]) * resource.getpagesize()
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
+        1 if sys.platform == "darwin" else 1024
+    )
 
 
 def _compare(walk: Recording, samples: int) -> None:
@@ -68,7 +76,9 @@ def _compare(walk: Recording, samples: int) -> None:
         afresh = footnav.detect(end, kind).statistic[-LAST // 2 :]
         seen = np.isfinite(afresh)
         apart = np.abs(streamed[seen] / afresh[seen] - 1).max()
-        print(f"{kind}: the last {seen.sum():,} statistics are apart by {apart:.1e} of their values at most")
+        print(
+            f"{kind}: the last {seen.sum():,} statistics are apart by {apart:.1e} of their values at most"
+        )
 
 
 if __name__ == "__main__":

@@ -6,16 +6,17 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use footnav::config::{
-    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, DetectorConfig, GraphTheoreticConfig,
-    MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig, SmootherConfig, SmootherKind,
-    ThreeConditionConfig, WindowedEnergiesConfig,
+    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, DetectorConfig,
+    GraphTheoreticConfig, MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig,
+    ShoeConfig, SmootherConfig, SmootherKind, ThreeConditionConfig, WindowedEnergiesConfig,
 };
-use footnav::detector::decide_all;
+use footnav::detectors::decide_all;
 use footnav::filter::covariance::Covariance;
-use footnav::filter::states::Block;
+use footnav::filter::error_state::Block;
 use footnav::filter::transition::{Noise, Transition};
+use footnav::ins::strapdown::{Increments, MechanizationKind, Step, Strapdown};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
-use footnav::strapdown::{Increments, MechanizationKind, NavState, Step, Strapdown};
+use footnav::types::nav_state::NavState;
 use footnav::{Batch, Config, ImuSample, Navigator, track};
 use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
 
@@ -33,12 +34,22 @@ fn strapdown(criterion: &mut Criterion) {
     let samples = samples(1);
     let mut group = criterion.benchmark_group("strapdown");
     group.throughput(Throughput::Elements(samples.len() as u64));
-    for kind in [MechanizationKind::TwoSample, MechanizationKind::SingleSample, MechanizationKind::FirstOrder] {
-        let strapdown = Strapdown { kind, gravity: 9.81, earth_rate: Vector3::zeros(), nominal_interval: 1.0 / RATE };
+    for kind in [
+        MechanizationKind::TwoSample,
+        MechanizationKind::SingleSample,
+        MechanizationKind::FirstOrder,
+    ] {
+        let strapdown = Strapdown {
+            kind,
+            gravity: 9.81,
+            earth_rate: Vector3::zeros(),
+            nominal_interval: 1.0 / RATE,
+        };
         group.bench_function(format!("{kind:?}"), |bencher| {
             bencher.iter(|| {
                 let mut state = NavState::at_rest(0.0, UnitQuaternion::identity());
-                let mut before = Increments { dt: 0.0, angle: Vector3::zeros(), velocity: Vector3::zeros() };
+                let mut before =
+                    Increments { dt: 0.0, angle: Vector3::zeros(), velocity: Vector3::zeros() };
                 for pair in samples.windows(2) {
                     let now = strapdown.increments(&pair[0], &pair[1]);
                     strapdown.advance(&mut state, &before, &now);
@@ -57,18 +68,32 @@ fn detectors(criterion: &mut Criterion) {
     let detectors = [
         ("adaptive-shoe", DetectorConfig::AdaptiveShoe(AdaptiveShoeConfig::default())),
         ("shoe", DetectorConfig::Shoe(ShoeConfig::default())),
-        ("magnitude-variance", DetectorConfig::MagnitudeVariance(MagnitudeVarianceConfig::default())),
+        (
+            "magnitude-variance",
+            DetectorConfig::MagnitudeVariance(MagnitudeVarianceConfig::default()),
+        ),
         ("windowed-energies", DetectorConfig::WindowedEnergies(WindowedEnergiesConfig::default())),
-        ("magnitude-debounced", DetectorConfig::MagnitudeDebounced(MagnitudeDebouncedConfig::default())),
+        (
+            "magnitude-debounced",
+            DetectorConfig::MagnitudeDebounced(MagnitudeDebouncedConfig::default()),
+        ),
         ("three-condition", DetectorConfig::ThreeCondition(ThreeConditionConfig::default())),
-        ("angular-rate-energy", DetectorConfig::AngularRateEnergy(AngularRateEnergyConfig::default())),
+        (
+            "angular-rate-energy",
+            DetectorConfig::AngularRateEnergy(AngularRateEnergyConfig::default()),
+        ),
         ("moving-variance", DetectorConfig::MovingVariance(MovingVarianceConfig::default())),
         ("graph-theoretic", DetectorConfig::GraphTheoretic(GraphTheoreticConfig::default())),
-        ("acceleration-magnitude", DetectorConfig::AccelerationMagnitude(AccelerationMagnitudeConfig::default())),
+        (
+            "acceleration-magnitude",
+            DetectorConfig::AccelerationMagnitude(AccelerationMagnitudeConfig::default()),
+        ),
     ];
     for (name, detector) in detectors {
         let config = Config { detector, ..Config::default() };
-        group.bench_function(name, |bencher| bencher.iter(|| decide_all(&config, RATE, black_box(&samples))));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| decide_all(&config, RATE, black_box(&samples)))
+        });
     }
 }
 
@@ -78,8 +103,11 @@ fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
     for block in Block::ALL {
         p.add_variance(block, 0.01);
     }
-    let step =
-        Step { dt: 1.0 / RATE, specific_velocity: Vector3::new(1.0, 2.0, 9.8) / RATE, attitude: Matrix3::identity() };
+    let step = Step {
+        dt: 1.0 / RATE,
+        velocity_increment_n: Vector3::new(1.0, 2.0, 9.8) / RATE,
+        attitude: Matrix3::identity(),
+    };
     let transition = Transition::new(&step, &Vector3::zeros());
     let noise = Noise {
         position: 1e-9,
@@ -99,7 +127,11 @@ fn prediction(criterion: &mut Criterion) {
     let (p, transition, noise) = covariance_after_a_step();
     let mut group = criterion.benchmark_group("prediction");
     group.bench_function("blocks", |bencher| {
-        bencher.iter_batched_ref(|| p.clone(), |p| black_box(p).predict(&transition, &noise), BatchSize::SmallInput);
+        bencher.iter_batched_ref(
+            || p.clone(),
+            |p| black_box(p).predict(&transition, &noise),
+            BatchSize::SmallInput,
+        );
     });
     group.bench_function("dense", |bencher| {
         let (f, q) = (Dense::identity() + 0.01 * Dense::repeat(1.0), Dense::identity());
@@ -126,15 +158,21 @@ fn zero_velocity(criterion: &mut Criterion) {
         let p = p.dense();
         bencher.iter(|| {
             let p = black_box(&p);
-            let k = (h * p * h.transpose() + r).try_inverse().map(|inverse| p * h.transpose() * inverse);
-            k.map(|k| (Dense::identity() - k * h) * p * (Dense::identity() - k * h).transpose() + k * r * k.transpose())
+            let k = (h * p * h.transpose() + r)
+                .try_inverse()
+                .map(|inverse| p * h.transpose() * inverse);
+            k.map(|k| {
+                (Dense::identity() - k * h) * p * (Dense::identity() - k * h).transpose()
+                    + k * r * k.transpose()
+            })
         });
     });
 }
 
 /// Settings by the name that the figures have.
 fn settings() -> [(&'static str, Config); 4] {
-    let shoe = Config { detector: DetectorConfig::Shoe(ShoeConfig::default()), ..Config::default() };
+    let shoe =
+        Config { detector: DetectorConfig::Shoe(ShoeConfig::default()), ..Config::default() };
     let mut strides = Config::default();
     strides.output.strides = true;
     let smoother = SmootherConfig { kind: SmootherKind::Stepwise, ..SmootherConfig::default() };
@@ -198,7 +236,9 @@ fn several(criterion: &mut Criterion) {
         }
     };
     let mut group = criterion.benchmark_group("several recordings");
-    group.throughput(Throughput::Elements(recordings.iter().map(|samples| samples.len() as u64).sum()));
+    group.throughput(Throughput::Elements(
+        recordings.iter().map(|samples| samples.len() as u64).sum(),
+    ));
     group.bench_function("one thread", |bencher| bencher.iter(|| follow(&recordings)));
     group.bench_function("two threads", |bencher| {
         let (first, second) = recordings.split_at(2);
@@ -211,5 +251,15 @@ fn several(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, strapdown, detectors, prediction, zero_velocity, push, whole, rts, several);
+criterion_group!(
+    benches,
+    strapdown,
+    detectors,
+    prediction,
+    zero_velocity,
+    push,
+    whole,
+    rts,
+    several
+);
 criterion_main!(benches);

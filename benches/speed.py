@@ -1,11 +1,12 @@
 """Speed as Python sees it: `python benches/speed.py [--data DIR] [--json FILE]`.
 
-The figures are medians of interleaved repeats, in nanoseconds of processor time per sample, so that what else runs on
-the machine disturbs all of them alike.  Compare ratios: each figure is also given in units of one dense 15x15
-prediction F P F' + Q in NumPy, which the machine needs at the same time.
+The figures are medians of interleaved repeats, in nanoseconds of processor time per sample, so that
+what else runs on the machine disturbs all of them alike.  Compare ratios: each figure is also given
+in units of one dense 15x15 prediction F P F' + Q in NumPy, which the machine needs at the same
+time.
 
-Without recordings, a walk of a fixed seed is simulated.  The baseline is measured in a process of its own, since the
-kernel is chosen once per process.
+Without recordings, a walk of a fixed seed is simulated.  The baseline is measured in a process of
+its own, since the kernel is chosen once per process.
 """
 
 from __future__ import annotations
@@ -71,9 +72,13 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Speed of footnav as Python sees it.")
-    parser.add_argument("--data", type=Path, help="folder with vicon/*.npz; a walk is simulated without it")
+    parser.add_argument(
+        "--data", type=Path, help="folder with vicon/*.npz; a walk is simulated without it"
+    )
     parser.add_argument("--json", type=Path, help="file for the figures")
-    parser.add_argument("--repeats", type=int, default=REPEATS, help="interleaved repeats of each figure")
+    parser.add_argument(
+        "--repeats", type=int, default=REPEATS, help="interleaved repeats of each figure"
+    )
     parser.add_argument("--baseline", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
@@ -162,7 +167,10 @@ def _imufusion(recordings: list[Recording]) -> Callable[[], None]:
     """Attitude and heading, one call for each sample."""
     import imufusion
 
-    inputs = [(1 / r.rate_hz, list(np.degrees(r.gyro)), list(r.accel / STANDARD_GRAVITY)) for r in recordings]
+    inputs = [
+        (1 / r.rate_hz, list(np.degrees(r.gyro)), list(r.accel / STANDARD_GRAVITY))
+        for r in recordings
+    ]
 
     def work() -> None:
         for interval, gyro, accel in inputs:
@@ -179,7 +187,9 @@ def _gaitmap(recordings: list[Recording]) -> Callable[[], None]:
     from gaitmap.trajectory_reconstruction import RtsKalman
 
     columns = [f"{sensor}_{axis}" for sensor in ("acc", "gyr") for axis in "xyz"]
-    tables = [pd.DataFrame(np.hstack([r.accel, np.degrees(r.gyro)]), columns=columns) for r in recordings]
+    tables = [
+        pd.DataFrame(np.hstack([r.accel, np.degrees(r.gyro)]), columns=columns) for r in recordings
+    ]
 
     def work() -> None:
         for recording, table in zip(recordings, tables, strict=True):
@@ -215,7 +225,11 @@ def _processor() -> str:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
         return platform.processor()
-    names = [line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")]
+    names = [
+        line.partition(":")[2].strip()
+        for line in text.splitlines()
+        if line.startswith("model name")
+    ]
     return names[0] if names else platform.processor()
 
 
@@ -224,7 +238,9 @@ def _print(report: dict[str, object]) -> None:
     assert isinstance(best, dict)
     assert isinstance(plain, dict)
     dense = best["dense F P F' + Q"]
-    print(f"{report['samples']:,} samples of {report['recordings']} recordings; {report['machine']}")
+    print(
+        f"{report['samples']:,} samples of {report['recordings']} recordings; {report['machine']}"
+    )
     print(f"{'':42} {'ns':>8} {'dense':>7} {'plain':>8} {'ratio':>6}")
     for name, value in best.items():
         line = f"{name:42} {value:8.0f} {value / dense:7.3f}"

@@ -9,8 +9,8 @@ Examples
 
 import lazy_loader
 
-# What footnav offers, and where it comes from, stands in __init__.pyi, which type checkers and editors read too.  A
-# module is loaded when one of its names is first used.
+# What footnav offers, and where it comes from, stands in __init__.pyi, which type checkers and
+# editors read too.  A module is loaded when one of its names is first used.
 _name, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _module, _, _modules = lazy_loader.attach(
     __name__,

@@ -31,7 +31,7 @@ from .detectors import (
 from .diagnosis import Diagnosis, diagnose
 from .errors import BusyError, ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
 from .evaluation import Evaluation, evaluate
-from .health import Health, Reason, Status
+from .health import Flag, Health, Status
 from .io import read
 from .many import Outcome, track_many
 from .navigator import Navigator, State
@@ -61,6 +61,7 @@ __all__ = [
     "Evaluation",
     "Figure",
     "Filter",
+    "Flag",
     "FootnavError",
     "FootnavWarning",
     "Gait",
@@ -77,7 +78,6 @@ __all__ = [
     "NumericalError",
     "Outcome",
     "Output",
-    "Reason",
     "Recording",
     "Route",
     "Sensor",

@@ -50,7 +50,9 @@ class Batch:
         gyro: NDArray[np.float64],
         mag: NDArray[np.float64] | None = None,
     ) -> None: ...
-    def finish(self, watch: Callable[[], object]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any] | None]: ...
+    def finish(
+        self, watch: Callable[[], object]
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any] | None]: ...
 
 @final
 class Columns:
@@ -59,8 +61,12 @@ class Columns:
 
 @disjoint_base
 class Navigator:
-    def __new__(cls, config: bytes, rate_hz: float, detector: StanceDetector | None = None) -> Self: ...
-    def push(self, t: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float) -> bool: ...
+    def __new__(
+        cls, config: bytes, rate_hz: float, detector: StanceDetector | None = None
+    ) -> Self: ...
+    def push(
+        self, t: float, ax: float, ay: float, az: float, gx: float, gy: float, gz: float
+    ) -> bool: ...
     def _push_columns(
         self,
         t: ArrayLike,
@@ -106,15 +112,23 @@ def detect(
     gyro: NDArray[np.float64],
     detector: StanceDetector | None = None,
 ) -> dict[str, NDArray[Any]]: ...
-def allan(samples: NDArray[np.float64], progress: Callable[[float], object]) -> dict[str, NDArray[Any]]: ...
+def allan(
+    samples: NDArray[np.float64], progress: Callable[[float], object]
+) -> dict[str, NDArray[Any]]: ...
 def calibrate(
     calibration: bytes, raw: NDArray[np.float64], temperature: NDArray[np.float64] | None = None
 ) -> NDArray[np.float64]: ...
 def calibration_at(calibration: bytes, temperature: float | None = None) -> str: ...
 def corrupt(
-    sensor: bytes, seed: int, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]
+    sensor: bytes,
+    seed: int,
+    t: NDArray[np.float64],
+    accel: NDArray[np.float64],
+    gyro: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-def stances(t: NDArray[np.float64], zero_velocity: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]: ...
+def stances(
+    t: NDArray[np.float64], zero_velocity: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]: ...
 def strides(
     t: NDArray[np.float64],
     position: NDArray[np.float64],

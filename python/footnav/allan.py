@@ -32,7 +32,8 @@ class AllanDeviation:
     low, high : ndarray, shape (k, 6)
         Ends of the interval that holds the true deviation in 95 % of all recordings.
     degrees_of_freedom : ndarray, shape (k, 6)
-        Of each deviation (Riley and Howe, NIST SP 1065, table 5), for the noise that the slope shows.
+        Of each deviation (Riley and Howe, NIST SP 1065, table 5), for the noise that the slope
+        shows.
     channels, units : tuple of 6 str
         "accel_x" ... "gyro_z", and "m/s^2" or "rad/s".
     duration : float
@@ -54,7 +55,10 @@ class AllanDeviation:
     def fit(self) -> NoiseFigures:
         """Return what the deviations say about white noise and biases; see `footnav.noise.fit_axis`."""
         columns = zip(self.channels, self.deviations.T, self.degrees_of_freedom.T, strict=True)
-        axes = tuple(fit_axis(channel, self.taus, deviation, freedom) for channel, deviation, freedom in columns)
+        axes = tuple(
+            fit_axis(channel, self.taus, deviation, freedom)
+            for channel, deviation, freedom in columns
+        )
         return NoiseFigures(axes, self.name)
 
 
@@ -110,8 +114,13 @@ def allan(
             error.args = (f"{recording.name}: {error}",)
         raise
     interval = rest.duration / (len(rest) - 1)
-    halves = [_core.allan(samples, _part(progress, k)) for k, samples in enumerate((rest.accel, rest.gyro))]
-    deviations, freedom = (np.hstack([half[key] for half in halves]) for key in ("deviation", "degrees_of_freedom"))
+    halves = [
+        _core.allan(samples, _part(progress, k))
+        for k, samples in enumerate((rest.accel, rest.gyro))
+    ]
+    deviations, freedom = (
+        np.hstack([half[key] for half in halves]) for key in ("deviation", "degrees_of_freedom")
+    )
     low, high = confidence_limits(deviations, freedom)
     return AllanDeviation(
         taus=interval * halves[0]["factors"],
@@ -132,7 +141,9 @@ def _cut(recording: Recording, span: tuple[float, float]) -> Recording:
             f"span is {start:g} to {end:g} s, but the stamps go from {recording.t[0]:g} to {recording.t[-1]:g} s"
         )
     temperature = None if recording.temperature is None else recording.temperature[rows]
-    return Recording(recording.t[rows], recording.accel[rows], recording.gyro[rows], temperature=temperature)
+    return Recording(
+        recording.t[rows], recording.accel[rows], recording.gyro[rows], temperature=temperature
+    )
 
 
 def _check_length(duration: float) -> None:

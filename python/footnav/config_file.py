@@ -32,8 +32,8 @@ def load_settings(kind: type[Settings], path: str | PathLike[str]) -> Settings:
     Raises
     ------
     ConfigError
-        The file cannot be read, is no TOML, has an unknown key (the message names the nearest known one), a value of
-        the wrong type, or one out of range.
+        The file cannot be read, is no TOML, has an unknown key (the message names the nearest known
+        one), a value of the wrong type, or one out of range.
     """
     path = Path(path)
     try:

@@ -30,8 +30,8 @@ class Detection:
     t : ndarray of shape (n,)
         Stamps, s.
     statistic, threshold : ndarray of shape (n,)
-        The test statistic and the value below which it means stance; NaN where the detector's window is not full, and
-        everywhere with a detector of one's own.
+        The test statistic and the value below which it means stance; NaN where the detector's
+        window is not full, and everywhere with a detector of one's own.
     decision : ndarray of bool of shape (n,)
         Whether the foot is taken to be at rest on the ground.
     """
@@ -54,8 +54,9 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
     recording : Recording
         The samples.
     detector : Detector, Config, str or StanceDetector, optional
-        The detector's settings, such as `footnav.Shoe`; a configuration that holds them; the kind of a detector with
-        its default settings, such as "shoe"; or a detector of one's own.  Default: the detector of ``Config()``.
+        The detector's settings, such as `footnav.Shoe`; a configuration that holds them; the kind
+        of a detector with its default settings, such as "shoe"; or a detector of one's own.
+        Default: the detector of ``Config()``.
 
     Returns
     -------
@@ -68,7 +69,9 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
         Unknown detector, settings out of range, or an object that is no `footnav.StanceDetector`.
     """
     config, own = _choose(detector)
-    columns = _core.detect(config.to_json(), recording.rate_hz, recording.t, recording.accel, recording.gyro, own)
+    columns = _core.detect(
+        config.to_json(), recording.rate_hz, recording.t, recording.accel, recording.gyro, own
+    )
     return Detection(t=recording.t, **columns)
 
 

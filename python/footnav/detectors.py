@@ -12,23 +12,24 @@ Condition: TypeAlias = Literal["magnitude", "variance", "rate"]
 
 
 class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="adaptive-shoe"):
-    """SHOE with a threshold that follows the stride: a factor above the statistic's minimum around the sample.
+    """SHOE with a threshold that follows the stride: a min_factor above the statistic's minimum around the sample.
 
     Attributes
     ----------
     window : float
         Length of the statistic's window, s.
     accel_std, gyro_std : float
-        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and rad/s.
+        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and
+        rad/s.
     look_behind, look_ahead : float
         How far the minimum is sought, s.  The latency is `look_ahead` and half a window.
-    factor : float
+    min_factor : float
         Multiple of the minimum up to which a sample is stationary.
-    floor : float
+    noise_floor : float
         Statistic below which a sample is stationary however low the minimum is.
-    ceiling : float
+    upper_bound : float
         Statistic above which a sample is never stationary.
-    contrast : float
+    max_fraction : float
         Part of the maximum around the sample up to which it is stationary.
     """
 
@@ -37,10 +38,10 @@ class AdaptiveShoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="ad
     gyro_std: float = 8.7e-3
     look_behind: float = 0.6
     look_ahead: float = 0.6
-    factor: float = 1.5
-    floor: float = 500.0
-    ceiling: float = 2.0e5
-    contrast: float = 0.015
+    min_factor: float = 1.5
+    noise_floor: float = 500.0
+    upper_bound: float = 2.0e5
+    max_fraction: float = 0.015
 
     @classmethod
     def live(cls) -> AdaptiveShoe:
@@ -63,7 +64,8 @@ class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
     window : float
         Length of the window, s.
     accel_std, gyro_std : float
-        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and rad/s.
+        Standard deviations that the statistic weighs specific force and angular rate with, m/s² and
+        rad/s.
     threshold : float
         Statistic below which a sample is stationary.
     """
@@ -74,11 +76,13 @@ class Shoe(Section, frozen=True, kw_only=True, tag_field="kind", tag="shoe"):
     threshold: float = 3.0e3
 
 
-class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-variance"):
+class MagnitudeVariance(
+    Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-variance"
+):
     """Magnitude and sliding variance of the specific force (Wu et al., eqs. 4-5).
 
-    The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on real recordings of an
-    MPU6050, in g they do not.
+    The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on
+    real recordings of an MPU6050, in g they do not.
 
     Attributes
     ----------
@@ -95,10 +99,13 @@ class MagnitudeVariance(Section, frozen=True, kw_only=True, tag_field="kind", ta
     variance_gate: float = 0.06
 
 
-class WindowedEnergies(Section, frozen=True, kw_only=True, tag_field="kind", tag="windowed-energies"):
+class WindowedEnergies(
+    Section, frozen=True, kw_only=True, tag_field="kind", tag="windowed-energies"
+):
     """Energies of specific force and angular rate over a window (Wang et al. 2019, eq. 3).
 
-    The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+    The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU
+    and OpenShoe's IMU.
 
     Attributes
     ----------
@@ -117,13 +124,16 @@ class WindowedEnergies(Section, frozen=True, kw_only=True, tag_field="kind", tag
     gyro_threshold: float = 6.0e3
 
 
-class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-debounced"):
+class MagnitudeDebounced(
+    Section, frozen=True, kw_only=True, tag_field="kind", tag="magnitude-debounced"
+):
     """Magnitude of the specific force, without isolated detections and gaps (Abdulrahim et al.).
 
-    The statistic and its threshold are those of each sample alone; the decision also depends on the samples around it.
+    The statistic and its threshold are those of each sample alone; the decision also depends on the
+    samples around it.
 
-    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints
-    none.
+    The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU;
+    the paper prints none.
 
     Attributes
     ----------
@@ -144,8 +154,8 @@ class MagnitudeDebounced(Section, frozen=True, kw_only=True, tag_field="kind", t
 class ThreeCondition(Section, frozen=True, kw_only=True, tag_field="kind", tag="three-condition"):
     """Magnitude, variance and rate, together or any of them (Wang Libing et al. 2016).
 
-    The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
-    IMU; the paper prints none.
+    The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an
+    NGIMU and OpenShoe's IMU; the paper prints none.
 
     Attributes
     ----------
@@ -168,7 +178,9 @@ class ThreeCondition(Section, frozen=True, kw_only=True, tag_field="kind", tag="
     rate_threshold: float = 0.5
 
 
-class AngularRateEnergy(Section, frozen=True, kw_only=True, tag_field="kind", tag="angular-rate-energy"):
+class AngularRateEnergy(
+    Section, frozen=True, kw_only=True, tag_field="kind", tag="angular-rate-energy"
+):
     """Energy of the angular rate: ARE of Skog et al. 2010.
 
     The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
@@ -195,14 +207,17 @@ class MovingVariance(Section, frozen=True, kw_only=True, tag_field="kind", tag="
     window : float
         Length of the window, s.
     threshold : float
-        Variance of the specific force, summed over the axes, up to which a sample is stationary, m²/s⁴.
+        Variance of the specific force, summed over the axes, up to which a sample is stationary,
+        m²/s⁴.
     """
 
     window: float = 0.15
     threshold: float = 0.2
 
 
-class AccelerationMagnitude(Section, frozen=True, kw_only=True, tag_field="kind", tag="acceleration-magnitude"):
+class AccelerationMagnitude(
+    Section, frozen=True, kw_only=True, tag_field="kind", tag="acceleration-magnitude"
+):
     """Magnitude of the specific force: MAG of Skog et al. 2010.
 
     The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
@@ -229,8 +244,8 @@ class GraphTheoretic(Section, frozen=True, kw_only=True, tag_field="kind", tag="
     window : float
         Length of the window, s.
     threshold : float
-        Mean distance between the parts less that within them, over the cuts at the most, up to which a sample is
-        stationary, m/s².
+        Mean distance between the parts less that within them, over the cuts at the most, up to
+        which a sample is stationary, m/s².
     """
 
     window: float = 0.15

@@ -129,7 +129,9 @@ class Diagnosis:
             f"  clipping    {', '.join(map(_clipping_text, self.clipping)) or 'none'}",
             *(_rest_text(self.rest) if self.rest else ["  rest        none at the start"]),
         ]
-        return "\n".join(lines + [f"- {finding}" for finding in self.findings or ("nothing to complain of",)])
+        return "\n".join(
+            lines + [f"- {finding}" for finding in self.findings or ("nothing to complain of",)]
+        )
 
     def _stamps_text(self) -> str:
         text = f"{_count(self.repeated, 'repeated stamp')}, {_count(self.gaps, 'gap')}"
@@ -168,10 +170,16 @@ def diagnose(recording: Recording) -> Diagnosis:
         gaps=int(gap.sum()),
         longest_gap=math.nan if longest is None else float(intervals[longest]),
         longest_gap_at=math.nan if longest is None else float(recording.t[longest]),
-        clipping=tuple(clip for sensor in _SENSORS for clip in _clipping(recording, sensor, clipped[sensor])),
+        clipping=tuple(
+            clip for sensor in _SENSORS for clip in _clipping(recording, sensor, clipped[sensor])
+        ),
         rest=rest,
         findings=(
-            *(_clipping_finding(recording, sensor, mask) for sensor, mask in clipped.items() if mask.any()),
+            *(
+                _clipping_finding(recording, sensor, mask)
+                for sensor, mask in clipped.items()
+                if mask.any()
+            ),
             *_time_findings(recording, repeated, intervals[gap]),
             *_rest_findings(rest),
         ),
@@ -199,9 +207,9 @@ def _flat_tops(channel: Floats, min_clip: float) -> Mask:
 def _has_flat_top(channel: Floats) -> bool:
     """Whether the maximum is held on two or more occasions by three or more samples that rise and fall steeply.
 
-    A smooth peak of curvature c leaves its top band of half-width h by c h^2: three half-widths away from its middle
-    it has fallen by nine bands, 4.5 %.  A clipped wave is on its steep flank there and has fallen by far more, and a
-    steady turn, whose maximum is noise, by far less.
+    A smooth peak of curvature c leaves its top band of half-width h by c h^2: three half-widths
+    away from its middle it has fallen by nine bands, 4.5 %.  A clipped wave is on its steep flank
+    there and has fallen by far more, and a steady turn, whose maximum is noise, by far less.
     """
     peak = float(channel.max())
     starts, ends = _runs(channel >= (1 - CLIP_BAND) * peak)
@@ -220,7 +228,9 @@ def _runs(mask: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 def _rest(recording: Recording) -> Rest | None:
     length = max(2, round(_REST_BLOCK * recording.rate_hz))
-    steady = _steady(recording.accel, length, _REST_ACCEL) & _steady(recording.gyro, length, _REST_GYRO)
+    steady = _steady(recording.accel, length, _REST_ACCEL) & _steady(
+        recording.gyro, length, _REST_GYRO
+    )
     blocks = len(steady) if steady.all() else int(steady.argmin())
     n = blocks * length
     duration = float(recording.t[n - 1] - recording.t[0]) if n else 0.0
@@ -257,7 +267,11 @@ def _floats(values: Floats) -> tuple[float, ...]:
 def _clipping(recording: Recording, sensor: str, clipped: Mask) -> list[Clipping]:
     samples: Floats = getattr(recording, sensor)
     return [
-        Clipping(f"{sensor}_{'xyz'[axis]}", _level(recording, sensor, samples[mask, axis]), int(mask.sum()))
+        Clipping(
+            f"{sensor}_{'xyz'[axis]}",
+            _level(recording, sensor, samples[mask, axis]),
+            int(mask.sum()),
+        )
         for axis, mask in enumerate(clipped.T)
         if mask.any()
     ]
@@ -294,7 +308,9 @@ def _wider_range(sensor: str, level: float) -> str:
 
 def _next(ranges: tuple[int, ...], level: float) -> int:
     """Return the first range that is plainly above `level`, or twice the level beyond the last."""
-    return next((full_scale for full_scale in ranges if full_scale > 1.1 * level), math.ceil(2 * level))
+    return next(
+        (full_scale for full_scale in ranges if full_scale > 1.1 * level), math.ceil(2 * level)
+    )
 
 
 def _time_findings(recording: Recording, repeated: int, gaps: Floats) -> list[str]:
@@ -311,13 +327,17 @@ def _time_findings(recording: Recording, repeated: int, gaps: Floats) -> list[st
         )
     if recording.rate_hz < 90:
         rate = f"{recording.rate_hz:.3g} Hz"
-        findings.append(f"{rate} is slow for a foot, which strikes within 20 ms: record at 100 Hz or more")
+        findings.append(
+            f"{rate} is slow for a foot, which strikes within 20 ms: record at 100 Hz or more"
+        )
     return findings
 
 
 def _rest_findings(rest: Rest | None) -> list[str]:
     if rest is None:
-        return ["the recording does not start at rest: stand still for a second or more before the first step"]
+        return [
+            "the recording does not start at rest: stand still for a second or more before the first step"
+        ]
     findings = []
     error = rest.specific_force / STANDARD_GRAVITY - 1
     if abs(error) > 0.03:
@@ -327,7 +347,9 @@ def _rest_findings(rest: Rest | None) -> list[str]:
         )
     bias = math.degrees(max(map(abs, rest.gyro_bias)))
     if bias > 2:
-        findings.append(f"at rest the gyroscope reads {bias:.1f} deg/s: calibrate its bias, or let it warm up")
+        findings.append(
+            f"at rest the gyroscope reads {bias:.1f} deg/s: calibrate its bias, or let it warm up"
+        )
     return findings
 
 

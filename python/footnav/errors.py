@@ -1,7 +1,7 @@
 """What can go wrong, as types.
 
-Every error of footnav is a :class:`FootnavError`; its message names the file, row or sample, the value that was found,
-and what to do about it.
+Every error of footnav is a :class:`FootnavError`; its message names the file, row or sample, the
+value that was found, and what to do about it.
 """
 
 from collections.abc import Collection

@@ -2,8 +2,8 @@
 
 References
 ----------
-Wagstaff, Peretroukhin, Kelly 2019: the ARMSE and the alignment of the yaw at 0.8 m.
-Umeyama 1991, IEEE TPAMI 13(4): the least-squares alignment, here with a rotation about the vertical alone.
+Wagstaff, Peretroukhin, Kelly 2019: the ARMSE and the alignment of the yaw at 0.8 m. Umeyama 1991,
+IEEE TPAMI 13(4): the least-squares alignment, here with a rotation about the vertical alone.
 """
 
 import warnings
@@ -114,12 +114,12 @@ def evaluate(traj: Trajectory, truth: Truth, *, align: str = "yaw") -> Evaluatio
     traj : Trajectory
         The estimate.
     truth : Trajectory, (n, 3) array-like, or tuple (t, position)
-        Positions with z up, m.  An array has one row for each sample of `traj`; the others are interpolated
-        linearly at `traj.t` and have to cover it.
+        Positions with z up, m.  An array has one row for each sample of `traj`; the others are
+        interpolated linearly at `traj.t` and have to cover it.
     align : {"yaw", "umeyama-yaw", "start", "none"}
-        "yaw" joins the starts and turns the estimate about the vertical so that both point the same way at its first
-        sample that is 0.8 m away from the start.  "umeyama-yaw" turns and shifts it so that the squared errors are
-        least.  "start" joins the starts.
+        "yaw" joins the starts and turns the estimate about the vertical so that both point the same
+        way at its first sample that is 0.8 m away from the start.  "umeyama-yaw" turns and shifts
+        it so that the squared errors are least.  "start" joins the starts.
 
     Returns
     -------
@@ -169,8 +169,8 @@ def true_positions(traj: Trajectory, truth: Truth) -> Floats:
     Raises
     ------
     DataError
-        For a truth that does not fit the track, does not cover it, or is not finite, and for a track that is not finite
-        or has fewer than two samples.
+        For a truth that does not fit the track, does not cover it, or is not finite, and for a
+        track that is not finite or has fewer than two samples.
     """
     if len(traj) < 2:
         raise DataError(f"the track has {len(traj)} samples: a comparison needs two or more")
@@ -202,7 +202,9 @@ def find_alignment(estimate: Floats, truth: Floats, align: str) -> Alignment:
     if align == "start":
         return Alignment(0.0, estimate[0], truth[0])
     if align == "yaw":
-        return Alignment(_yaw_at_distance(estimate - estimate[0], truth - truth[0]), estimate[0], truth[0])
+        return Alignment(
+            _yaw_at_distance(estimate - estimate[0], truth - truth[0]), estimate[0], truth[0]
+        )
     if align == "umeyama-yaw":
         source, target = estimate.mean(axis=0), truth.mean(axis=0)
         return Alignment(_least_squares_yaw(estimate - source, truth - target), source, target)
@@ -275,7 +277,9 @@ def _stamped(truth: tuple[Any, ...]) -> tuple[Floats, Floats]:
         raise DataError(f"truth is a tuple of {len(truth)}: expected (t, position)")
     t, position = _floats("truth t", truth[0]), _floats("truth position", truth[1])
     if t.ndim != 1 or position.shape != (len(t), 3):
-        raise DataError(f"truth has shapes {t.shape} and {position.shape}: expected (n,) and (n, 3)")
+        raise DataError(
+            f"truth has shapes {t.shape} and {position.shape}: expected (n,) and (n, 3)"
+        )
     _check_finite("truth t", t)
     back = np.flatnonzero(np.diff(t) < 0)
     if back.size:

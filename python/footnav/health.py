@@ -17,7 +17,7 @@ class Status(str, Enum):
         return self.value
 
 
-class Reason(IntFlag):
+class Flag(IntFlag):
     """What speaks against a state, one bit each."""
 
     ALIGNING = 1
@@ -31,8 +31,8 @@ class Reason(IntFlag):
 
     @property
     def status(self) -> Status:
-        """The verdict that these reasons amount to."""
-        if self & (Reason.ALIGNING | Reason.LOST):
+        """The verdict that these flags amount to."""
+        if self & (Flag.ALIGNING | Flag.LOST):
             return Status.INVALID
         return Status.DEGRADED if self else Status.OK
 
@@ -49,14 +49,14 @@ class Reason(IntFlag):
 
 
 _SENTENCES = {
-    Reason.ALIGNING: "The initial attitude is still being found.",
-    Reason.MOVING_START: "The sensor moved while the initial attitude was taken.",
-    Reason.NO_ZERO_VELOCITY: "The foot was not seen at rest for too long.",
-    Reason.UPDATES_REJECTED: "Zero-velocity updates were rejected as implausible.",
-    Reason.GAP: "Samples are missing.",
-    Reason.CLIPPED: "The sensor reached the end of its range.",
-    Reason.REFUSED: "Samples that were not finite or out of order were refused.",
-    Reason.LOST: "The foot was not seen at rest for too long, or the filter cannot go on: the position means nothing.",
+    Flag.ALIGNING: "The initial attitude is still being found.",
+    Flag.MOVING_START: "The sensor moved while the initial attitude was taken.",
+    Flag.NO_ZERO_VELOCITY: "The foot was not seen at rest for too long.",
+    Flag.UPDATES_REJECTED: "Zero-velocity updates were rejected as implausible.",
+    Flag.GAP: "Samples are missing.",
+    Flag.CLIPPED: "The sensor reached the end of its range.",
+    Flag.REFUSED: "Samples that were not finite or out of order were refused.",
+    Flag.LOST: "The foot was not seen at rest for too long, or the filter cannot go on: the position means nothing.",
 }
 
 
@@ -81,7 +81,8 @@ class Counters:
     zero_angular_rate_updates : int
         Zero-angular-rate updates that were applied.
     magnetic_updates, magnetic_rejected : int
-        Stances whose magnetic field corrected the heading, and those in which it disagreed with the one at the start.
+        Stances whose magnetic field corrected the heading, and those in which it disagreed with the
+        one at the start.
     """
 
     samples: int = 0
@@ -97,7 +98,9 @@ class Counters:
 
     def __str__(self) -> str:
         """List the counters in one sentence."""
-        magnetic = f", {self.magnetic_updates:,} magnetic updates ({self.magnetic_rejected:,} rejected)"
+        magnetic = (
+            f", {self.magnetic_updates:,} magnetic updates ({self.magnetic_rejected:,} rejected)"
+        )
         return (
             f"{self.samples:,} samples: {self.repeated:,} repeated, {self.gaps:,} gaps, {self.clipped:,} clipped, "
             f"{self.refused:,} refused; {self.zero_velocity_updates:,} zero-velocity updates "
@@ -108,13 +111,13 @@ class Counters:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """State of a run: the verdict, its reasons, and what they rest on.
+    """State of a run: the verdict, its flags, and what they rest on.
 
     Attributes
     ----------
     status : Status
         The verdict.
-    reasons : Reason
+    flags : Flag
         What speaks against the track, as bits.
     counters : Counters
         What happened to the samples.
@@ -123,7 +126,7 @@ class Health:
     """
 
     status: Status
-    reasons: Reason
+    flags: Flag
     counters: Counters
     horizontal_std: float
     vertical_std: float
@@ -131,12 +134,12 @@ class Health:
     @classmethod
     def of_fields(cls, fields: dict[str, Any]) -> "Health":
         """Make it of the fields that the core hands over."""
-        reasons, counters = Reason(fields["reasons"]), Counters(**fields["counters"])
-        return cls(reasons.status, reasons, counters, fields["horizontal_std"], fields["vertical_std"])
+        flags, counters = Flag(fields["flags"]), Counters(**fields["counters"])
+        return cls(flags.status, flags, counters, fields["horizontal_std"], fields["vertical_std"])
 
     def __str__(self) -> str:
         """Describe the run in one paragraph."""
         return (
-            f"{self.status.value}. {self.reasons.describe()} {self.counters} "
+            f"{self.status.value}. {self.flags.describe()} {self.counters} "
             f"One sigma: {self.horizontal_std:.2f} m horizontal, {self.vertical_std:.2f} m vertical."
         )

@@ -9,7 +9,14 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from concurrent.futures import TimeoutError as NotYet
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -85,20 +92,23 @@ def track_many(
     Parameters
     ----------
     recordings : iterable of Recording or path
-        They are taken as workers become free, so that a generator of any length will do.  A path is read where it is
-        tracked: paths travel to other processes and machines, samples do not.
+        They are taken as workers become free, so that a generator of any length will do.  A path is
+        read where it is tracked: paths travel to other processes and machines, samples do not.
     config : Config, optional
         Settings for all of them; the defaults need no tuning.
     executor : concurrent.futures.Executor, optional
-        Where to work: threads of this process unless given, one for each core, since the core leaves the interpreter
-        to others while it tracks.  A ``ProcessPoolExecutor`` also reads files side by side, and dask's
-        ``Client.get_executor()`` does so on a cluster.  It is left open.
+        Where to work: threads of this process unless given, one for each core, since the core
+        leaves the interpreter to others while it tracks.  A ``ProcessPoolExecutor`` also reads
+        files side by side, and dask's ``Client.get_executor()`` does so on a cluster.  It is left
+        open.
     reader : callable
-        Reads a path, such as ``functools.partial(footnav.read, format="mpu6050", accel_range=8, gyro_range=1000)``.
+        Reads a path, such as ``functools.partial(footnav.read, format="mpu6050", accel_range=8,
+        gyro_range=1000)``.
     folder : path, optional
-        Where to keep the tracks as ``.npz``.  A run with the same folder, settings and version of footnav goes on where
-        an earlier one stopped: what was tracked already, of the same samples or of a file of the same size and time of
-        change, is not tracked again.  Workers on other machines must see the same folder.
+        Where to keep the tracks as ``.npz``.  A run with the same folder, settings and version of
+        footnav goes on where an earlier one stopped: what was tracked already, of the same samples
+        or of a file of the same size and time of change, is not tracked again.  Workers on other
+        machines must see the same folder.
     ordered : bool
         Whether the outcomes come in the order of the recordings, or each as soon as it is there.
 
@@ -114,10 +124,12 @@ def track_many(
 
     Notes
     -----
-    The tracks are those of :func:`footnav.track`, to the bit.  What that warns of is in the `health` of each track.
+    The tracks are those of :func:`footnav.track`, to the bit.  What that warns of is in the
+    `health` of each track.
 
-    An interrupt from the keyboard, or no more interest in the outcomes, ends the threads at their next block of
-    samples.  From an executor of one's own the recordings that wait are taken back; those at work there go on.
+    An interrupt from the keyboard, or no more interest in the outcomes, ends the threads at their
+    next block of samples.  From an executor of one's own the recordings that wait are taken back;
+    those at work there go on.
 
     Examples
     --------
@@ -164,7 +176,9 @@ class Job:
             if kept is not None and kept.exists():
                 return Outcome(index, name, None, resumed=True, _track=kept)
             return Outcome(index, name, None, resumed=False, _track=self._track(source, kept))
-        except Exception as error:  # A reader of the user's may raise anything, and the other recordings go on.
+        except (
+            Exception
+        ) as error:  # A reader of the user's may raise anything, and the other recordings go on.
             return Outcome(index, name, error, resumed=False, _track=None)
 
     def _kept(self, source: Source, name: str) -> Path | None:
@@ -183,7 +197,9 @@ class Job:
 
     def _digest(self, source: Source) -> str:
         """Tell apart what would give another track."""
-        digest = hashlib.sha256(f"{__version__}\n{_describe(self.reader)}\n".encode() + self.config.to_json())
+        digest = hashlib.sha256(
+            f"{__version__}\n{_describe(self.reader)}\n".encode() + self.config.to_json()
+        )
         if isinstance(source, Recording):
             ranges = f"{source.accel_range} {source.gyro_range}"
             digest.update(ranges.encode())
@@ -198,7 +214,9 @@ class Job:
         return digest.hexdigest()[:16]
 
 
-def _outcomes(recordings: Iterable[Source], job: Job, executor: Executor, ordered: bool) -> Iterator[Outcome]:
+def _outcomes(
+    recordings: Iterable[Source], job: Job, executor: Executor, ordered: bool
+) -> Iterator[Outcome]:
     """Keep the workers busy, with no more waiting than they will soon take."""
     ahead = 2 * (os.cpu_count() or 1) + 2
     waiting: deque[Future[Outcome]] = deque()

@@ -2,8 +2,8 @@
 
 References
 ----------
-InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, rev. 4.2, 2013: registers 25 (sample
-rate divider), 26 (low-pass filter), 27 and 28 (full scales), 65 (temperature).
+InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, rev. 4.2, 2013:
+registers 25 (sample rate divider), 26 (low-pass filter), 27 and 28 (full scales), 65 (temperature).
 """
 
 import math
@@ -77,13 +77,16 @@ class Setup(Section, frozen=True, kw_only=True):
     Attributes
     ----------
     accel_range_g : int
-        Full scale of the accelerometer, g: 2, 4, 8 or 16.  A heel strikes the ground with up to 10 g.
+        Full scale of the accelerometer, g: 2, 4, 8 or 16.  A heel strikes the ground with up to 10
+        g.
     gyro_range_deg_s : int
-        Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.  A foot turns at up to 1000 deg/s.
+        Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.  A foot turns at up to 1000
+        deg/s.
     dlpf_cfg : int
         Low-pass filter, 0 to 6; 2 passes 94 Hz, which suits 200 samples per second.
     smplrt_div : int
-        The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at `dlpf_cfg` 0); 0 to 255.
+        The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at
+        `dlpf_cfg` 0); 0 to 255.
 
     Raises
     ------
@@ -266,5 +269,7 @@ def _range(counts: float, known: Sequence[int], label: str) -> int:
 
 def _check_known(label: str, value: int, known: Sequence[int]) -> None:
     if value not in known:
-        choices = f"{known[0]} to {known[-1]}" if isinstance(known, range) else ", ".join(map(str, known))
+        choices = (
+            f"{known[0]} to {known[-1]}" if isinstance(known, range) else ", ".join(map(str, known))
+        )
         raise ConfigError(f"{label} is {value}; an MPU6050 has {choices}")

@@ -45,19 +45,21 @@ class State:
 class Navigator(_core.Navigator):
     """Follows one foot, sample by sample.
 
-    The numbers are those of :func:`footnav.track`, to the bit, however the samples are cut into blocks.  A state comes
-    out `latency` samples after its sample went in, because the detector looks ahead and a step-wise smoother waits for
-    the end of the step; :meth:`now` carries the filter's newest state forward to the newest sample.  While the start
-    is aligned the states stay at the origin and `health` says so.
+    The numbers are those of :func:`footnav.track`, to the bit, however the samples are cut into
+    blocks.  A state comes out `latency` samples after its sample went in, because the detector
+    looks ahead and a step-wise smoother waits for the end of the step; :meth:`now` carries the
+    filter's newest state forward to the newest sample.  While the start is aligned the states stay
+    at the origin and `health` says so.
 
     The default looks ahead for 0.625 s and is the more accurate for it; with
-    ``Config(detector=AdaptiveShoe.live())`` it is 0.275 s.  ``docs/accuracy.md`` tells what that costs.
+    ``Config(detector=AdaptiveShoe.live())`` it is 0.275 s.  ``docs/accuracy.md`` tells what that
+    costs.
 
-    A magnetometer (``Config(magnetometer=Magnetometer(heading=True))``) is fed by :meth:`push_block`; what comes by
-    `push` has no reading of it.
+    A magnetometer (``Config(magnetometer=Magnetometer(heading=True))``) is fed by
+    :meth:`push_block`; what comes by `push` has no reading of it.
 
-    Threads may share a navigator if they take turns: whatever is asked of it while another call is at work raises
-    `footnav.errors.BusyError` and changes nothing.
+    Threads may share a navigator if they take turns: whatever is asked of it while another call is
+    at work raises `footnav.errors.BusyError` and changes nothing.
 
     Parameters
     ----------
@@ -66,16 +68,16 @@ class Navigator(_core.Navigator):
     rate_hz : float
         Samples per second, about; sets the lengths of windows and what counts as a gap.
     detector : StanceDetector, optional
-        A stance detector of one's own instead of the one that the settings name.  What it raises comes out of `push`,
-        `push_block` and `flush`, and again until :meth:`reset`.
+        A stance detector of one's own instead of the one that the settings name.  What it raises
+        comes out of `push`, `push_block` and `flush`, and again until :meth:`reset`.
 
     Attributes
     ----------
     latency : int
         Number of samples by which a state comes late.
     t : float or None
-        Stamp of the newest state, s; this and the following are None before the first state came out, and after
-        a `NumericalError`.
+        Stamp of the newest state, s; this and the following are None before the first state came
+        out, and after a `NumericalError`.
     position, velocity : ndarray of shape (3,) or None
         In n, m and m/s.
     quaternion : ndarray of shape (4,) or None
@@ -85,34 +87,45 @@ class Navigator(_core.Navigator):
     gyro_bias, accel_bias : ndarray of shape (3,) or None
         In the sensor frame, rad/s and m/s².
     covariance : ndarray of shape (15, 15) or None
-        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias (b), in this order, of
-        the filter's newest state, which a smoother still holds back; None while the start is aligned.
+        Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias
+        (b), in this order, of the filter's newest state, which a smoother still holds back; None
+        while the start is aligned.
 
     Raises
     ------
     ConfigError
-        A setting or the rate is out of range, a correction or smoother needs the whole recording, or `detector` is no
-        `footnav.StanceDetector`.
+        A setting or the rate is out of range, a correction or smoother needs the whole recording,
+        or `detector` is no `footnav.StanceDetector`.
     """
 
     config: Config
     rate_hz: float
 
     def __new__(
-        cls, config: Config | None = None, rate_hz: float = 200.0, *, detector: StanceDetector | None = None
+        cls,
+        config: Config | None = None,
+        rate_hz: float = 200.0,
+        *,
+        detector: StanceDetector | None = None,
     ) -> Self:
         """Build the core's navigator."""
         return super().__new__(cls, (config or DEFAULTS).to_json(), rate_hz, detector)
 
     def __init__(
-        self, config: Config | None = None, rate_hz: float = 200.0, *, detector: StanceDetector | None = None
+        self,
+        config: Config | None = None,
+        rate_hz: float = 200.0,
+        *,
+        detector: StanceDetector | None = None,
     ) -> None:
         """Remember the settings."""
         self.config = config or DEFAULTS
         self.rate_hz = rate_hz
         self._placed = placed(self.config)
 
-    def push_block(self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, mag: ArrayLike | None = None) -> Trajectory:
+    def push_block(
+        self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, mag: ArrayLike | None = None
+    ) -> Trajectory:
         """Take a block of samples in and return the states that came out.
 
         Parameters
@@ -124,8 +137,8 @@ class Navigator(_core.Navigator):
         gyro : array_like of shape (n, 3)
             Angular rate in the sensor frame, rad/s.
         mag : array_like of shape (n, 3), optional
-            Magnetic flux density in the sensor frame, calibrated, T.  Rows of NaN, and rows that repeat the one before,
-            are no readings.  Used if ``config.magnetometer.heading`` is set.
+            Magnetic flux density in the sensor frame, calibrated, T.  Rows of NaN, and rows that
+            repeat the one before, are no readings.  Used if ``config.magnetometer.heading`` is set.
 
         Returns
         -------
@@ -135,15 +148,18 @@ class Navigator(_core.Navigator):
         Raises
         ------
         DataError
-            A shape is wrong, a value is not finite, or time goes back; or a magnetometer is to hold the heading, and
-            neither this block nor one before has readings of it.  None of the block was used.
+            A shape is wrong, a value is not finite, or time goes back; or a magnetometer is to hold
+            the heading, and neither this block nor one before has readings of it.  None of the
+            block was used.
         NumericalError
             The filter cannot go on; :meth:`reset` begins anew.
         """
         field = None if mag is None else _floats("mag", mag, 2)
         found = self._push_columns(t, accel, gyro, field)
         if found is None:
-            return self.push_block(_floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field)
+            return self.push_block(
+                _floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field
+            )
         return Trajectory.of_block(found, self._placed)
 
     def flush(self) -> Trajectory:
@@ -161,14 +177,15 @@ class Navigator(_core.Navigator):
     def strides(self) -> list[Stride]:
         """Return the strides that came to be known since the last call.
 
-        A stride is known once the foot has left the stance that it ends in for 0.1 s, has stood there for 0.5 s, or the
-        data were ended; and with a step-wise smoother when both of its ends came out.  All of this comes `latency`
-        samples after the foot did it.
+        A stride is known once the foot has left the stance that it ends in for 0.1 s, has stood
+        there for 0.5 s, or the data were ended; and with a step-wise smoother when both of its ends
+        came out.  All of this comes `latency` samples after the foot did it.
 
         Returns
         -------
         list of Stride
-            In the order of time; their samples are counted over all states that came out since the start.
+            In the order of time; their samples are counted over all states that came out since the
+            start.
 
         Raises
         ------

@@ -57,7 +57,11 @@ class Figure:
 
     def scaled(self, factor: float) -> Figure:
         """Return the figure in a unit that is smaller by `factor`."""
-        return Figure(None if self.value is None else factor * self.value, factor * self.low, factor * self.high)
+        return Figure(
+            None if self.value is None else factor * self.value,
+            factor * self.low,
+            factor * self.high,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +117,10 @@ class AxisNoise:
         The larger one of K and of the walk that goes as far as B in 100 s.
         """
         instability = self.bias_instability.value
-        seen = [self.bias_walk.value, None if instability is None else instability / math.sqrt(WANDER_TIME)]
+        seen = [
+            self.bias_walk.value,
+            None if instability is None else instability / math.sqrt(WANDER_TIME),
+        ]
         return _largest(seen)
 
 
@@ -132,12 +139,14 @@ class NoiseFigures:
     axes: tuple[AxisNoise, ...]
     name: str = ""
 
-    def sensor(self, base: Sensor | None = None, inflation: tuple[float, float] = INFLATION) -> Sensor:
+    def sensor(
+        self, base: Sensor | None = None, inflation: tuple[float, float] = INFLATION
+    ) -> Sensor:
         """Return settings for the filter.
 
-        The noise of the worst axis counts.  A sensor on a foot is noisier than on a table: shocks, temperature and
-        supply move its biases, so the figures are inflated.  What moves the samples beyond the sensor's own noise is in
-        ``Config.filter`` and need not be covered here.
+        The noise of the worst axis counts.  A sensor on a foot is noisier than on a table: shocks,
+        temperature and supply move its biases, so the figures are inflated.  What moves the samples
+        beyond the sensor's own noise is in ``Config.filter`` and need not be covered here.
 
         Parameters
         ----------
@@ -179,22 +188,30 @@ class NoiseFigures:
         white, walk = inflation
         for factor in inflation:
             if not 0 < factor < math.inf:
-                raise ConfigError(f"inflation is {white:g} and {walk:g}; expected two positive numbers")
+                raise ConfigError(
+                    f"inflation is {white:g} and {walk:g}; expected two positive numbers"
+                )
         worst = {}
         for sensor in ("gyro", "accel"):
             axes = [axis for axis in self.axes if axis.channel.startswith(sensor)]
-            worst[f"{sensor}_noise_density"] = white, _largest([axis.random_walk.value for axis in axes])
+            worst[f"{sensor}_noise_density"] = (
+                white,
+                _largest([axis.random_walk.value for axis in axes]),
+            )
             worst[f"{sensor}_bias_walk"] = walk, _largest([axis.wander for axis in axes])
         return {key: factor * value for key, (factor, value) in worst.items() if value is not None}
 
 
-def fit_axis(channel: str, taus: Floats, deviation: Floats, degrees_of_freedom: Floats) -> AxisNoise:
+def fit_axis(
+    channel: str, taus: Floats, deviation: Floats, degrees_of_freedom: Floats
+) -> AxisNoise:
     """Describe an Allan deviation as the sum of four kinds of noise.
 
-    The variances of the kinds (IEEE Std 952-1997, annex C) add up; their strengths are the non-negative ones under
-    which the observed variances, chi-squared about the sum, are most likely.  One that cannot be told from none is left
-    out, and gets an upper limit only.  Estimates within a decade of averaging time count as one, since they share most
-    of what they know: simulated random walks scatter as much as that says.  Averaging times at which a low-pass filter
+    The variances of the kinds (IEEE Std 952-1997, annex C) add up; their strengths are the
+    non-negative ones under which the observed variances, chi-squared about the sum, are most
+    likely.  One that cannot be told from none is left out, and gets an upper limit only.  Estimates
+    within a decade of averaging time count as one, since they share most of what they know:
+    simulated random walks scatter as much as that says.  Averaging times at which a low-pass filter
     in the sensor shows are left out.
 
     Parameters
@@ -226,7 +243,10 @@ def fit_axis(channel: str, taus: Floats, deviation: Floats, degrees_of_freedom: 
         del seen[int((strength / std).argmin())]
         strength, std = _fit(curve, seen)
     found = {term: _seen(*both) for term, *both in zip(seen, strength, std, strict=True)}
-    return AxisNoise(channel, *(found.get(term) or _limit(curve, seen, term) for term in range(curve.parts.shape[1])))
+    return AxisNoise(
+        channel,
+        *(found.get(term) or _limit(curve, seen, term) for term in range(curve.parts.shape[1])),
+    )
 
 
 def unit_variances(taus: Floats) -> Floats:
@@ -257,8 +277,8 @@ class _Curve:
 def _end_of_filter(taus: Floats, deviation: Floats, degrees_of_freedom: Floats) -> int:
     """Return the first averaging time at which no low-pass filter in the sensor shows.
 
-    A sum of powers of the averaging time bends upwards in log-log axes: nowhere is it steeper than at its start.  Where
-    a curve falls more steeply later on, a filter has taken noise away before.
+    A sum of powers of the averaging time bends upwards in log-log axes: nowhere is it steeper than
+    at its start.  Where a curve falls more steeply later on, a filter has taken noise away before.
     """
     slopes = np.gradient(2 * np.log(deviation), np.log(taus))
     steepest = slopes[degrees_of_freedom > WELL_KNOWN].min(initial=np.inf)
@@ -274,8 +294,8 @@ def _decades(taus: Floats) -> Floats:
 def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     """Return the squared strengths of some kinds of noise and their standard deviations.
 
-    The standard deviation of a chi-squared estimate is a part of what it estimates, so each round of least squares
-    weighs with the model of the last one; that ends at the greatest likelihood.
+    The standard deviation of a chi-squared estimate is a part of what it estimates, so each round
+    of least squares weighs with the model of the last one; that ends at the greatest likelihood.
     """
     from scipy.optimize import nnls
 
@@ -283,7 +303,8 @@ def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     for _ in range(_ROUNDS):
         weight = np.sqrt(curve.information) / model
         weighted = curve.parts[:, terms] * weight[:, None]
-        # The strengths differ by many powers of ten; solved for as parts of what is observed, they do not.
+        # The strengths differ by many powers of ten; solved for as parts of what is observed, they
+        # do not.
         scale = np.linalg.norm(weighted, axis=0)
         strength = nnls(weighted / scale, curve.variance * weight)[0] / scale
         last, model = model, curve.parts[:, terms] @ strength
@@ -327,5 +348,8 @@ def confidence_limits(deviation: Floats, degrees_of_freedom: Floats) -> tuple[Fl
     from scipy.stats import chi2
 
     tails: tuple[float, float] = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
-    low, high = (deviation * np.sqrt(degrees_of_freedom / chi2.ppf(tail, degrees_of_freedom)) for tail in tails)
+    low, high = (
+        deviation * np.sqrt(degrees_of_freedom / chi2.ppf(tail, degrees_of_freedom))
+        for tail in tails
+    )
     return low, high

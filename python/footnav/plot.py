@@ -1,7 +1,7 @@
 """Pictures of a track, and of a sensor's noise.
 
-Every function draws on the axes it is given, or on a figure of its own that pyplot knows nothing of, and returns the
-axes or the figure; ``.figure.savefig(...)`` writes it.
+Every function draws on the axes it is given, or on a figure of its own that pyplot knows nothing
+of, and returns the axes or the figure; ``.figure.savefig(...)`` writes it.
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ SHARE_DRAWN = 0.1
 """Part of the variance from which on a kind of noise is drawn on its own."""
 
 
-def plot_track(traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw") -> Axes:
+def plot_track(
+    traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw"
+) -> Axes:
     """Draw a track from above, with the places where the foot stood.
 
     Parameters
@@ -93,7 +95,9 @@ def plot_track(traj: Trajectory, truth: Truth | None = None, ax: Axes | None = N
     return ax
 
 
-def plot_height(traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw") -> Axes:
+def plot_height(
+    traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw"
+) -> Axes:
     """Draw the height over time; parameters, errors and return value as for `plot_track`."""
     _check_not_empty(traj)
     ax = _axes(ax, "time (s)", "height (m)")
@@ -163,7 +167,9 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
     """
     t, statistic, threshold = detection.t, detection.statistic, detection.threshold
     if not (np.any(statistic > 0) and np.any(threshold > 0)):
-        raise DataError("the detection is empty, or its statistic or threshold is nowhere positive: nothing to draw")
+        raise DataError(
+            "the detection is empty, or its statistic or threshold is nowhere positive: nothing to draw"
+        )
     ax = _axes(ax, "time (s)", "detector statistic")
     _shade(ax, t, detection.decision)
     ax.set_yscale("log")
@@ -199,8 +205,8 @@ def plot_conditions(recording: Recording, detector: ThreeCondition | None = None
     Returns
     -------
     Figure
-        One panel for each condition and one for all, as `plot_detector` draws them: each quantity in units of its
-        threshold.
+        One panel for each condition and one for all, as `plot_detector` draws them: each quantity
+        in units of its threshold.
 
     Raises
     ------
@@ -321,9 +327,11 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
     Parameters
     ----------
     deviation : AllanDeviation
-        As `footnav.allan` returns it; drawn with the interval that holds the true one in 95 % of all recordings.
+        As `footnav.allan` returns it; drawn with the interval that holds the true one in 95 % of
+        all recordings.
     figures : NoiseFigures, optional
-        What was fitted: drawn dashed, and each kind of noise dotted where it makes up a tenth of the variance.
+        What was fitted: drawn dashed, and each kind of noise dotted where it makes up a tenth of
+        the variance.
 
     Returns
     -------
@@ -340,7 +348,9 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
         "gyro": ("gyroscope (deg/h)", np.degrees(3600.0)),
         "accel": ("accelerometer (mg)", 1e3 / STANDARD_GRAVITY),
     }
-    for ax, (sensor, (label, factor)) in zip(figure.subplots(2, sharex=True), panels.items(), strict=True):
+    for ax, (sensor, (label, factor)) in zip(
+        figure.subplots(2, sharex=True), panels.items(), strict=True
+    ):
         _axes(ax, "averaging time (s)", f"Allan deviation of the {label}")
         ax.set(xscale="log", yscale="log")
         for column, channel in enumerate(deviation.channels):
@@ -353,19 +363,30 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
         ax.set_axisbelow(True)
         _legend_above(ax)
         if figures is not None:
-            ax.set_title("dashed: fit, dotted: each noise alone", loc="right", fontsize=8, color=FAINT, pad=2)
+            ax.set_title(
+                "dashed: fit, dotted: each noise alone", loc="right", fontsize=8, color=FAINT, pad=2
+            )
         ax.label_outer()
     if deviation.name:
-        figure.suptitle(deviation.name, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
+        figure.suptitle(
+            deviation.name, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK
+        )
     return figure
 
 
-def _draw_axis(ax: Axes, deviation: AllanDeviation, figures: NoiseFigures | None, column: int, factor: float) -> None:
+def _draw_axis(
+    ax: Axes, deviation: AllanDeviation, figures: NoiseFigures | None, column: int, factor: float
+) -> None:
     """Draw one channel, `factor` times in size."""
     taus, axis = deviation.taus, deviation.channels[column][-1]
     color = AXES[axis]
     ax.fill_between(
-        taus, factor * deviation.low[:, column], factor * deviation.high[:, column], color=color, alpha=0.15, lw=0
+        taus,
+        factor * deviation.low[:, column],
+        factor * deviation.high[:, column],
+        color=color,
+        alpha=0.15,
+        lw=0,
     )
     ax.plot(taus, factor * deviation.deviations[:, column], color=color, lw=1.2, label=axis)
     if figures is not None:
@@ -380,7 +401,9 @@ def check_picture(path: str | PathLike[str]) -> None:
     """Raise ConfigError for a file whose suffix names no picture."""
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
-        raise ConfigError(f"{path}: unknown suffix {suffix!r}, expected one of {', '.join(PICTURES)}")
+        raise ConfigError(
+            f"{path}: unknown suffix {suffix!r}, expected one of {', '.join(PICTURES)}"
+        )
 
 
 def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
@@ -407,7 +430,9 @@ def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
 
 def _figure(size: tuple[float, float]) -> Figure:
     """Make a figure that pyplot does not manage."""
-    figure: Figure = require("matplotlib.figure", "footnav[plot]").Figure(figsize=size, layout="constrained")
+    figure: Figure = require("matplotlib.figure", "footnav[plot]").Figure(
+        figsize=size, layout="constrained"
+    )
     return figure
 
 
@@ -426,18 +451,32 @@ def _axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
 def _mark_ends(ax: Axes, position: Floats) -> None:
     """Mark both ends; the legend names them, since a closed walk has them in one place."""
     for label, row, marker, size in (("start", 0, "o", 8), ("end", -1, "s", 5)):
-        ax.plot(*position[row, :2], marker, mfc="white", mec=INK, mew=1.2, ms=size, label=label, lw=0, zorder=5)
+        ax.plot(
+            *position[row, :2],
+            marker,
+            mfc="white",
+            mec=INK,
+            mew=1.2,
+            ms=size,
+            label=label,
+            lw=0,
+            zorder=5,
+        )
 
 
 def _legend_above(ax: Axes) -> None:
-    legend = ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=5, frameon=False, fontsize=8, borderaxespad=0)
+    legend = ax.legend(
+        loc="lower left", bbox_to_anchor=(0, 1), ncols=5, frameon=False, fontsize=8, borderaxespad=0
+    )
     for text in legend.get_texts():
         text.set_color(INK)
 
 
 def _shade(ax: Axes, t: Floats, flag: Flags) -> None:
     """Mark the samples at rest over the whole height of the axes."""
-    ax.fill_between(t, 0, 1, where=flag, transform=ax.get_xaxis_transform(), color=STANCE, lw=0, zorder=0)
+    ax.fill_between(
+        t, 0, 1, where=flag, transform=ax.get_xaxis_transform(), color=STANCE, lw=0, zorder=0
+    )
     ax.set_title("shaded: foot at rest", loc="right", fontsize=8, color=FAINT, pad=2)
 
 

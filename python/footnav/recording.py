@@ -31,8 +31,9 @@ QUIET_WINDOW = 0.1
 class Recording:
     """Samples of one foot-mounted IMU.
 
-    Arrays are copied, converted to C-contiguous float64 and made read-only.  Nothing is repaired: samples that cannot
-    be used are refused; what is merely imperfect (repeated stamps, gaps) is kept for `footnav.diagnosis.diagnose`.
+    Arrays are copied, converted to C-contiguous float64 and made read-only.  Nothing is repaired:
+    samples that cannot be used are refused; what is merely imperfect (repeated stamps, gaps) is
+    kept for `footnav.diagnosis.diagnose`.
 
     Parameters
     ----------
@@ -61,8 +62,8 @@ class Recording:
     Raises
     ------
     DataError
-        A shape or type is wrong, a value is not finite, time goes back or stands still, or the values are plainly in
-        another unit.
+        A shape or type is wrong, a value is not finite, time goes back or stands still, or the
+        values are plainly in another unit.
     ConfigError
         A full scale is not a positive number, or is at odds with the samples.
     """
@@ -91,10 +92,19 @@ class Recording:
         accel_range: float | None = None,
         gyro_range: float | None = None,
     ) -> None:
-        arrays = {"t": t, "accel": accel, "gyro": gyro, "mag": mag, "pressure": pressure, "temperature": temperature}
+        arrays = {
+            "t": t,
+            "accel": accel,
+            "gyro": gyro,
+            "mag": mag,
+            "pressure": pressure,
+            "temperature": temperature,
+        }
         fields: dict[str, Any] = {"name": name}
         try:
-            fields |= {label: None if a is None else to_floats(label, a) for label, a in arrays.items()}
+            fields |= {
+                label: None if a is None else to_floats(label, a) for label, a in arrays.items()
+            }
             fields |= {"accel_range": _full_scale("accel_range", accel_range)}
             fields |= {"gyro_range": _full_scale("gyro_range", gyro_range)}
             for label, value in fields.items():
@@ -107,7 +117,9 @@ class Recording:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by way of the constructor, so that the arrays stay read-only."""
-        return _rebuild, ({f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init},)
+        return _rebuild, (
+            {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init},
+        )
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -255,7 +267,9 @@ def _check_shapes(recording: Recording) -> None:
         expected = (n, 3) if label in ("accel", "gyro", "mag") else (n,)
         if values.shape != expected:
             cure = "; transpose it" if values.shape == expected[::-1] != expected else ""
-            raise DataError(f"{label} has shape {values.shape}; expected {expected}, one row for each stamp{cure}")
+            raise DataError(
+                f"{label} has shape {values.shape}; expected {expected}, one row for each stamp{cure}"
+            )
     if n < 2:
         raise DataError(f"there are {n} samples; at least 2 are needed")
 
@@ -285,11 +299,15 @@ def _checked_interval(t: Floats) -> float:
             f"{back.size} time(s) in all; sort the rows, or unwrap a counter that overflowed"
         )
     if t[0] == t[-1]:
-        raise DataError(f"all {len(t)} stamps are {t[0]} s; make stamps from the sampling rate (rate_hz)")
+        raise DataError(
+            f"all {len(t)} stamps are {t[0]} s; make stamps from the sampling rate (rate_hz)"
+        )
     interval = float(np.median(intervals[intervals > 0]))
     if interval > MAX_INTERVAL:
         unit = "ms" if interval < 100 else "us" if interval < 1e5 else "ns"
-        raise DataError(f'the stamps are {interval:g} s apart, so not in seconds; read them with t_unit="{unit}"')
+        raise DataError(
+            f'the stamps are {interval:g} s apart, so not in seconds; read them with t_unit="{unit}"'
+        )
     if interval < MIN_INTERVAL:
         raise DataError(
             f"the stamps are {interval:g} s apart, so not in seconds; "
@@ -313,7 +331,9 @@ def _accel_problem(level: float, in_g: float, quiet_in_g: float) -> str | None:
     if 0.5 <= level <= 1.6:
         return 'the values are in g; read them with accel_unit="g", or multiply them by 9.80665'
     if 500 <= level <= 1600:
-        return 'the values are in mg; read them with accel_unit="mg", or multiply them by 0.00980665'
+        return (
+            'the values are in mg; read them with accel_unit="mg", or multiply them by 0.00980665'
+        )
     if level < 0.5:
         return "gravity was removed; record the specific force, which reads 9.8 m/s^2 at rest"
     # The median of a runner comes near 2 g, but his stances still read 1 g.
@@ -340,4 +360,6 @@ def _check_range(label: str, unit: str, samples: Floats, full_scale: float | Non
     """Refuse a full scale that the samples exceed by more than a calibration can explain."""
     peak = float(np.abs(samples).max())
     if full_scale is not None and peak > 1.2 * full_scale:
-        raise ConfigError(f"{label} is {full_scale:.4g} {unit}, but the samples reach {peak:.4g} {unit}")
+        raise ConfigError(
+            f"{label} is {full_scale:.4g} {unit}, but the samples reach {peak:.4g} {unit}"
+        )

@@ -39,7 +39,8 @@ def encode(settings: Section | dict[str, Any]) -> bytes:
     Raises
     ------
     ConfigError
-        A value is of a type that no setting has, or a number is not finite: JSON would make nothing of it.
+        A value is of a type that no setting has, or a number is not finite: JSON would make nothing
+        of it.
     """
     try:
         values = msgspec.to_builtins(settings, enc_hook=_plain)
@@ -82,7 +83,13 @@ def _refuse_non_finite(value: Any, name: str) -> None:
     if isinstance(value, float) and not math.isfinite(value):
         msg = f"{name} = {value}: expected a finite number"
         raise ConfigError(msg)
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    items = (
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, (list, tuple))
+        else ()
+    )
     for key, item in items:
         _refuse_non_finite(item, f"{name}.{key}".lstrip("."))
 
@@ -109,7 +116,11 @@ def _types(section: type[msgspec.Struct]) -> dict[str, Any]:
 
 def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] | None:
     """Return the section that a table of settings is for, by its `kind` where several are possible."""
-    sections = [c for c in (declared, *get_args(declared)) if isinstance(c, type) and issubclass(c, msgspec.Struct)]
+    sections = [
+        c
+        for c in (declared, *get_args(declared))
+        if isinstance(c, type) and issubclass(c, msgspec.Struct)
+    ]
     if not sections or not isinstance(value, dict):
         return None
     if len(sections) == 1:

@@ -1,7 +1,7 @@
 """Walks that never were: samples of a sensor on a shoe, and the truth behind them.
 
-The samples are the exact inverse of the mechanization: an ideal sensor leads back to the truth to rounding, and what a
-navigator gets wrong is its own doing, or the sensor's.
+The samples are the exact inverse of the mechanization: an ideal sensor leads back to the truth to
+rounding, and what a navigator gets wrong is its own doing, or the sensor's.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class Waypoint(Section, frozen=True, kw_only=True):
     position : tuple of 3 floats
         Where the sole goes, n frame, m.
     tread : bool
-        Whether the way to here is a single stride onto a tread of stairs; if not, it is divided into strides.
+        Whether the way to here is a single stride onto a tread of stairs; if not, it is divided
+        into strides.
     lift : bool
         Whether a lift carries the walker here, straight up or down, while the foot stands.
     """
@@ -87,7 +88,9 @@ class Route(Section, frozen=True, kw_only=True):
         return _route("out-and-back", length)
 
     @classmethod
-    def stairs(cls, floors: int, risers: int = 12, riser: float = 0.17, tread: float = 0.29) -> Route:
+    def stairs(
+        cls, floors: int, risers: int = 12, riser: float = 0.17, tread: float = 0.29
+    ) -> Route:
         """Climb `floors` flights of `risers` each (m high, m deep) with landings; a negative `riser` leads down."""
         return _route("stairs", floors, risers, riser, tread)
 
@@ -95,7 +98,8 @@ class Route(Section, frozen=True, kw_only=True):
 class Gait(Section, frozen=True, kw_only=True):
     """How the foot that carries the sensor moves; the default is a walk at 1.25 m/s.
 
-    The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole below the sensor.
+    The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole
+    below the sensor.
 
     Attributes
     ----------
@@ -124,7 +128,8 @@ class Gait(Section, frozen=True, kw_only=True):
     variation : float
         Relative standard deviation from stride to stride.
     sharpest_curve : float
-        Change of direction up to which a corner is rounded while walking, rad; sharper ones are turned on the spot.
+        Change of direction up to which a corner is rounded while walking, rad; sharper ones are
+        turned on the spot.
     """
 
     stride_length: float = 1.35
@@ -173,7 +178,8 @@ class TriadErrors(Section, frozen=True, kw_only=True):
     matrix : tuple of 3 rows
         Scale factors and misalignment.
     scale_std, misalignment_std : float
-        Standard deviations of the relative scale errors and of the misalignments (rad) that are drawn.
+        Standard deviations of the relative scale errors and of the misalignments (rad) that are
+        drawn.
     range : float, optional
         Full scale, u.
     resolution : float
@@ -200,7 +206,8 @@ class SensorErrors(Section, frozen=True, kw_only=True):
     accel, gyro : TriadErrors
         Of the accelerometers, m/s², and of the gyroscopes, rad/s.
     gyro_g_sensitivity_std : float
-        Standard deviation of the gyroscopes' sensitivity to specific force that is drawn, (rad/s)/(m/s²).
+        Standard deviation of the gyroscopes' sensitivity to specific force that is drawn,
+        (rad/s)/(m/s²).
     """
 
     accel: TriadErrors = TriadErrors()
@@ -256,8 +263,8 @@ def simulate(
     recording : Recording
         What the sensor reads.
     truth : Trajectory
-        Position, velocity, attitude and biases at each sample, and where the foot stands flat on ground that is at
-        rest.
+        Position, velocity, attitude and biases at each sample, and where the foot stands flat on
+        ground that is at rest.
 
     Raises
     ------
@@ -266,7 +273,13 @@ def simulate(
     """
     route = path if isinstance(path, Route) else Route.through(path)
     sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
-    settings = {"rate_hz": rate_hz, "jitter": jitter, "seed": seed, "kind": mechanization, "gravity": gravity}
+    settings = {
+        "rate_hz": rate_hz,
+        "jitter": jitter,
+        "seed": seed,
+        "kind": mechanization,
+        "gravity": gravity,
+    }
     plan = {
         "route": route,
         "gait": Gait.preset(gait) if isinstance(gait, str) else gait,
@@ -292,7 +305,7 @@ def simulate(
         position_std=np.zeros_like(columns["position"]),
         gyro_bias=columns["gyro_bias"],
         accel_bias=columns["accel_bias"],
-        reasons=np.zeros(len(columns["t"]), dtype=np.uint16),
+        flags=np.zeros(len(columns["t"]), dtype=np.uint16),
         name=f"truth of {name}",
     )
     return recording, truth
@@ -332,9 +345,18 @@ def simulate_rest(
         A parameter that makes no sense, by name.
     """
     sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
-    settings = {"rate_hz": rate_hz, "seed": seed} | ({} if gravity is None else {"gravity": gravity})
-    columns = _core.simulate_rest(encode({"duration": duration, "sensor": sensor, "settings": settings}))
-    return Recording(**columns, name=f"simulated {seed}", accel_range=sensor.accel.range, gyro_range=sensor.gyro.range)
+    settings = {"rate_hz": rate_hz, "seed": seed} | (
+        {} if gravity is None else {"gravity": gravity}
+    )
+    columns = _core.simulate_rest(
+        encode({"duration": duration, "sensor": sensor, "settings": settings})
+    )
+    return Recording(
+        **columns,
+        name=f"simulated {seed}",
+        accel_range=sensor.accel.range,
+        gyro_range=sensor.gyro.range,
+    )
 
 
 def _route(shape: str, *sizes: float) -> Route:

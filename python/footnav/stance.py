@@ -8,12 +8,13 @@ from typing import Protocol
 class StanceDetector(Protocol):
     """A stance detector of one's own, for `footnav.track`, `footnav.Navigator` and `footnav.detect`.
 
-    Any object with these three members will do.  It is asked about one calibrated sample after the other and answers
-    by a fixed number of samples late: None for the first `latency` samples, and then a bool for every further one.
-    The last `latency` samples of the data, which it is never asked about, count as not stationary.
+    Any object with these three members will do.  It is asked about one calibrated sample after the
+    other and answers by a fixed number of samples late: None for the first `latency` samples, and
+    then a bool for every further one. The last `latency` samples of the data, which it is never
+    asked about, count as not stationary.
 
-    An exception that it raises comes out of the call that pushed the sample, and out of every later one until the
-    navigator is reset.
+    An exception that it raises comes out of the call that pushed the sample, and out of every later
+    one until the navigator is reset.
 
     Examples
     --------
@@ -32,7 +33,9 @@ class StanceDetector(Protocol):
         """Number of samples by which a decision comes late; read once."""
         ...
 
-    def push(self, t: float, accel: tuple[float, float, float], gyro: tuple[float, float, float]) -> bool | None:
+    def push(
+        self, t: float, accel: tuple[float, float, float], gyro: tuple[float, float, float]
+    ) -> bool | None:
         """Take the next sample and decide about the one `latency` samples before it.
 
         Parameters

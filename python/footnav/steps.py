@@ -1,7 +1,7 @@
 """Strides of the foot that carries the sensor, from stance to stance.
 
-What counts as a stance and where in it a stride starts or ends is decided in the core, for a finished track as for a
-stream; ``docs/strides.md`` says how.
+What counts as a stance and where in it a stride starts or ends is decided in the core, for a
+finished track as for a stream; ``docs/strides.md`` says how.
 """
 
 from collections.abc import Iterator
@@ -29,7 +29,8 @@ class Stride:
     displacement : (3,) ndarray
         From start to end in the navigation frame, m.
     start_heading : float
-        Direction of the sensor's forward axis at the start, rad, anticlockwise from x of the navigation frame.
+        Direction of the sensor's forward axis at the start, rad, anticlockwise from x of the
+        navigation frame.
     heading_change : float
         Turn of the foot about the vertical, rad, within (-pi, pi], positive to the left.
     covariance : (4, 4) ndarray or None
@@ -63,7 +64,9 @@ class Stride:
     @property
     def local(self) -> Floats:
         """Displacement in the frame of the start heading, m, and heading change, rad: (dx, dy, dz, dheading)."""
-        return _local(self.displacement, np.float64(self.start_heading), np.float64(self.heading_change))
+        return _local(
+            self.displacement, np.float64(self.start_heading), np.float64(self.heading_change)
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,13 +84,13 @@ class Steps:
     displacement : (k, 3) ndarray
         From start to end in the navigation frame, m.
     start_heading : (k,) ndarray
-        Direction of the sensor's forward axis at the start, rad, anticlockwise from x of the navigation frame; of its x
-        axis where no filter made the track.
+        Direction of the sensor's forward axis at the start, rad, anticlockwise from x of the
+        navigation frame; of its x axis where no filter made the track.
     heading_change : (k,) ndarray
         Turn of the foot about the vertical, rad, within (-pi, pi], positive to the left.
     covariance : (k, 4, 4) ndarray or None
-        Of the errors of `local`, m and rad; None for a track that no filter made, or whose settings did not ask for it
-        (``output.strides``).
+        Of the errors of `local`, m and rad; None for a track that no filter made, or whose settings
+        did not ask for it (``output.strides``).
     """
 
     start_index: Indices
@@ -163,7 +166,9 @@ def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, 
     return _core.stances(t, zero_velocity)
 
 
-def find_steps(t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]) -> Steps:
+def find_steps(
+    t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]
+) -> Steps:
     """Measure the strides of a track.
 
     Parameters

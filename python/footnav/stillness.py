@@ -46,7 +46,8 @@ def check_even(t: Floats) -> None:
     Raises
     ------
     DataError
-        An interval is far from the median one; the message names the first and the longest stretch without any.
+        An interval is far from the median one; the message names the first and the longest stretch
+        without any.
     """
     intervals = np.diff(t)
     median = float(np.median(intervals[intervals > 0]))
@@ -72,8 +73,8 @@ def check_rest(recording: Recording) -> None:
     Raises
     ------
     DataError
-        A channel scatters or jumps as noise does not, or never changes; the message says when, and how long the sensor
-        rested.
+        A channel scatters or jumps as noise does not, or never changes; the message says when, and
+        how long the sensor rested.
 
     Warns
     -----
@@ -108,7 +109,9 @@ class _Blocks:
         return means
 
     def scatter(self, samples: Floats) -> Floats:
-        return np.sqrt(self.means((samples - np.repeat(self.means(samples), np.diff(self.edges))) ** 2))
+        return np.sqrt(
+            self.means((samples - np.repeat(self.means(samples), np.diff(self.edges))) ** 2)
+        )
 
 
 def _moved(t: Floats, blocks: _Blocks, findings: dict[int, str]) -> str:
@@ -139,9 +142,14 @@ def _movements(recording: Recording, channel: str, blocks: _Blocks) -> dict[int,
         )
     scatter_limit = min(REST[sensor], MOVED_SCATTER * max(usual, step))
     jump_limit = MOVED_JUMP * max(float(np.median(jump)), step)
-    jumps = {int(k): _over(channel, "jumps", jump[k], unit, jump_limit) for k in np.flatnonzero(jump > jump_limit)}
+    jumps = {
+        int(k): _over(channel, "jumps", jump[k], unit, jump_limit)
+        for k in np.flatnonzero(jump > jump_limit)
+    }
     shakes = np.flatnonzero(scatter > scatter_limit)
-    return jumps | {int(k): _over(channel, "scatters", scatter[k], unit, scatter_limit) for k in shakes}
+    return jumps | {
+        int(k): _over(channel, "scatters", scatter[k], unit, scatter_limit) for k in shakes
+    }
 
 
 def _over(channel: str, does: str, value: float, unit: str, limit: float) -> str:

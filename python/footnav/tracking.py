@@ -10,7 +10,7 @@ import numpy as np
 from footnav import _core
 from footnav.config import DEFAULTS, Config
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
-from footnav.health import Health, Reason
+from footnav.health import Flag, Health
 from footnav.navigator import placed
 from footnav.steps import Steps
 from footnav.trajectory import Trajectory
@@ -40,17 +40,19 @@ def track(
     Parameters
     ----------
     recording : Recording
-        The samples.  Its full-scale ranges are used where the settings name none, its magnetometer if the settings ask
-        for it.
+        The samples.  Its full-scale ranges are used where the settings name none, its magnetometer
+        if the settings ask for it.
     config : Config, optional
         Settings; the defaults need no tuning.
     stationary : array_like of bool of shape (n,), optional
-        Where the foot is at rest on the ground, sample by sample: decided by the caller instead of a detector.
+        Where the foot is at rest on the ground, sample by sample: decided by the caller instead of
+        a detector.
     detector : StanceDetector, optional
-        A stance detector of one's own instead of the one that the settings name; what it raises comes out of here.
+        A stance detector of one's own instead of the one that the settings name; what it raises
+        comes out of here.
     progress : callable, optional
-        Called with the share of the samples that is done, 0 to 1, and with 1 again while a smoother goes back over
-        them; what it raises ends the work.
+        Called with the share of the samples that is done, 0 to 1, and with 1 again while a smoother
+        goes back over them; what it raises ends the work.
 
     Returns
     -------
@@ -63,8 +65,9 @@ def track(
         Settings at odds with each other, both `stationary` and `detector`, or a detector that is no
         `footnav.StanceDetector`.
     DataError
-        The samples cannot be used, or are fewer than the alignment needs; a magnetometer is to hold the heading, and
-        there is none; `stationary` is not a bool for each; a smoother or a correction found no stance to go by.
+        The samples cannot be used, or are fewer than the alignment needs; a magnetometer is to hold
+        the heading, and there is none; `stationary` is not a bool for each; a smoother or a
+        correction found no stance to go by.
     NumericalError
         The filter cannot go on.
 
@@ -107,17 +110,26 @@ def track_quietly(
         raise
     steps = None if strides is None else Steps(**strides)
     health = Health.of_fields(fields)
-    return Trajectory.of_core(columns, **placed(config), name=recording.name, health=health, filter_steps=steps)
+    return Trajectory.of_core(
+        columns, **placed(config), name=recording.name, health=health, filter_steps=steps
+    )
 
 
 def _batch(
-    recording: Recording, config: Config, stationary: ArrayLike | None, detector: StanceDetector | None
+    recording: Recording,
+    config: Config,
+    stationary: ArrayLike | None,
+    detector: StanceDetector | None,
 ) -> _core.Batch:
     if stationary is None:
         return _core.Batch(config.to_json(), recording.rate_hz, detector)
     if detector is not None:
-        raise ConfigError("stationary and detector both decide where the foot is at rest: keep one of them")
-    return _core.Batch(config.to_json(), recording.rate_hz, stationary=_decisions(stationary, len(recording)))
+        raise ConfigError(
+            "stationary and detector both decide where the foot is at rest: keep one of them"
+        )
+    return _core.Batch(
+        config.to_json(), recording.rate_hz, stationary=_decisions(stationary, len(recording))
+    )
 
 
 def _decisions(stationary: ArrayLike, samples: int) -> list[bool]:
@@ -126,7 +138,9 @@ def _decisions(stationary: ArrayLike, samples: int) -> list[bool]:
     if decisions.dtype != np.bool_:
         raise DataError(f"stationary is an array of {decisions.dtype}; expected bool")
     if decisions.shape != (samples,):
-        raise DataError(f"stationary has shape {decisions.shape}; expected ({samples},), one bool for each sample")
+        raise DataError(
+            f"stationary has shape {decisions.shape}; expected ({samples},), one bool for each sample"
+        )
     values: list[bool] = decisions.tolist()
     return values
 
@@ -134,21 +148,29 @@ def _decisions(stationary: ArrayLike, samples: int) -> list[bool]:
 def with_ranges_of(recording: Recording, config: Config) -> Config:
     """Return the settings with the recording's full-scale ranges where they name none."""
     known = {"accel_range": recording.accel_range, "gyro_range": recording.gyro_range}
-    missing = {key: value for key, value in known.items() if value is not None and getattr(config.sensor, key) is None}
+    missing = {
+        key: value
+        for key, value in known.items()
+        if value is not None and getattr(config.sensor, key) is None
+    }
     return config.replace(sensor=config.sensor.replace(**missing)) if missing else config
 
 
 def _warn(name: str, health: Health) -> None:
-    counters, reasons = health.counters, health.reasons
-    bent, stances = counters.magnetic_rejected, counters.magnetic_updates + counters.magnetic_rejected
+    counters, flags = health.counters, health.flags
+    bent, stances = (
+        counters.magnetic_rejected,
+        counters.magnetic_updates + counters.magnetic_rejected,
+    )
     findings = {
         f"{counters.repeated:,} samples repeat the stamp of the one before": counters.repeated,
         f"samples are missing in {counters.gaps:,} place{'s' if counters.gaps > 1 else ''}": counters.gaps,
         f"{counters.clipped:,} samples are clipped at full scale: choose a wider range": counters.clipped,
         f"in {bent:,} of {stances:,} stances the magnetic field disagreed with that at the start and was not used: "
         "calibrate the magnetometer, and start away from iron": bent > stances / 2,
-        "the recording starts in motion: keep the foot still for a second first": Reason.MOVING_START in reasons,
-        "the foot was not seen at rest for too long": Reason.NO_ZERO_VELOCITY in reasons,
+        "the recording starts in motion: keep the foot still for a second first": Flag.MOVING_START
+        in flags,
+        "the foot was not seen at rest for too long": Flag.NO_ZERO_VELOCITY in flags,
     }
     sentences = "; ".join(sentence for sentence, found in findings.items() if found)
     if sentences:

@@ -28,7 +28,7 @@ _COLUMNS: dict[str, tuple[tuple[int, ...], type]] = {
     "position_std": ((3,), np.float64),
     "gyro_bias": ((3,), np.float64),
     "accel_bias": ((3,), np.float64),
-    "reasons": ((), np.uint16),
+    "flags": ((), np.uint16),
 }
 
 
@@ -104,7 +104,8 @@ class Summary:
     greatest_speed : float
         m/s.
     horizontal_std, vertical_std : float
-        Uncertainty of the last position, one sigma, m; horizontally the root of the sum of both variances.
+        Uncertainty of the last position, one sigma, m; horizontally the root of the sum of both
+        variances.
     health : Health or None
         Health of the run.
     """
@@ -157,7 +158,9 @@ class _OfBlock:
     def __getattr__(self, name: str) -> Any:
         """Make an attribute that is asked for the first time."""
         if name not in _COLUMNS and name not in _DEFAULTS:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+            raise AttributeError(
+                f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self
+            )
         columns, known = self._found
         value: Any
         if name in _COLUMNS:
@@ -171,7 +174,9 @@ class _OfBlock:
         return value
 
 
-_set_found: Callable[["Trajectory", tuple[_core.Columns, dict[str, Any]]], None] = vars(_OfBlock)["_found"].__set__
+_set_found: Callable[["Trajectory", tuple[_core.Columns, dict[str, Any]]], None] = vars(_OfBlock)[
+    "_found"
+].__set__
 """Sets it although a track is frozen; `object.__setattr__` would look for its name first, at each block."""
 
 
@@ -186,7 +191,8 @@ class Trajectory(_OfBlock):
     t : (n,) ndarray
         Stamps, s, never going back.
     position, velocity : (n, 3) ndarray
-        Navigation frame (x, y horizontal, z up; east-north-up when the heading is known), m and m/s.
+        Navigation frame (x, y horizontal, z up; east-north-up when the heading is known), m and
+        m/s.
     quaternion : (n, 4) ndarray
         Rotation from the sensor to the navigation frame, xyzw.
     zero_velocity : (n,) ndarray of bool
@@ -195,8 +201,8 @@ class Trajectory(_OfBlock):
         One sigma, m.
     gyro_bias, accel_bias : (n, 3) ndarray
         Sensor frame, rad/s and m/s^2.
-    reasons : (n,) ndarray of uint16
-        Bits of `footnav.health.Reason`.
+    flags : (n,) ndarray of uint16
+        Bits of `footnav.health.Flag`.
     health : Health or None
         Health of the whole run.
     name : str
@@ -208,14 +214,15 @@ class Trajectory(_OfBlock):
     heading_known : bool
         Whether x is east; if not, it is where the foot pointed at the start.
     filter_steps : Steps or None
-        Strides as the filter found them, with their covariance, where the settings ask for them (``output.strides``).
-        Those of a smoothed or corrected track go from row to row like all others; their covariance is that of the
-        filter alone, and so conservative.
+        Strides as the filter found them, with their covariance, where the settings ask for them
+        (``output.strides``). Those of a smoothed or corrected track go from row to row like all
+        others; their covariance is that of the filter alone, and so conservative.
 
     Raises
     ------
     DataError
-        For an array of the wrong shape or kind, stamps that go back or are not finite, or strides of another track.
+        For an array of the wrong shape or kind, stamps that go back or are not finite, or strides
+        of another track.
     ConfigError
         For an impossible origin or an unknown frame.
     """
@@ -228,7 +235,7 @@ class Trajectory(_OfBlock):
     position_std: Floats
     gyro_bias: Floats
     accel_bias: Floats
-    reasons: NDArray[np.uint16]
+    flags: NDArray[np.uint16]
     health: Health | None = None
     name: str = field(default="", kw_only=True)
     origin: Origin | None = field(default=None, kw_only=True)
@@ -240,7 +247,9 @@ class Trajectory(_OfBlock):
         """Check everything and freeze the arrays."""
         label = f"{self.name}: " if self.name else ""
         for column, (_, dtype) in _COLUMNS.items():
-            object.__setattr__(self, column, _frozen_array(label + column, getattr(self, column), dtype))
+            object.__setattr__(
+                self, column, _frozen_array(label + column, getattr(self, column), dtype)
+            )
         for column, (width, _) in _COLUMNS.items():
             _check_shape(label + column, getattr(self, column), (len(self.t), *width))
         _check_time(label, self.t)
@@ -337,18 +346,22 @@ class Trajectory(_OfBlock):
         Returns
         -------
         Trajectory
-            With the name of the first part and the health of the last, and no strides of the filter.
+            With the name of the first part and the health of the last, and no strides of the
+            filter.
 
         Raises
         ------
         DataError
-            For no parts, parts that differ in origin, frame or heading_known, or time that goes back between them.
+            For no parts, parts that differ in origin, frame or heading_known, or time that goes
+            back between them.
         """
         if not parts:
             raise DataError("there are no parts to join: at least one is needed")
         for number, part in enumerate(parts[1:], start=1):
             if part.heading_known != parts[0].heading_known:
-                raise DataError(f"part {number} differs from part 0 in whether the heading is known: not one track")
+                raise DataError(
+                    f"part {number} differs from part 0 in whether the heading is known: not one track"
+                )
             if (part.origin, part.frame) != (parts[0].origin, parts[0].frame):
                 raise DataError(
                     f"part {number} has origin {part.origin} and frame {part.frame!r}, "
@@ -381,7 +394,11 @@ class Trajectory(_OfBlock):
         """
         steps = self.steps
         distance = float(steps.length.sum())
-        closing = Displacement.of(self.position[-1] - self.position[0]) if len(self) else Displacement(np.nan, np.nan)
+        closing = (
+            Displacement.of(self.position[-1] - self.position[0])
+            if len(self)
+            else Displacement(np.nan, np.nan)
+        )
         lowest, highest = self._standing_heights()
         east_std, north_std, up_std = self.position_std[-1] if len(self) else np.full(3, np.nan)
         return Summary(
@@ -398,7 +415,9 @@ class Trajectory(_OfBlock):
             stride_length=_mean(steps.length),
             cadence=60 / _mean(steps.duration),
             zero_velocity_share=_mean(self.zero_velocity),
-            greatest_speed=float(np.linalg.norm(self.velocity, axis=1).max()) if len(self) else np.nan,
+            greatest_speed=float(np.linalg.norm(self.velocity, axis=1).max())
+            if len(self)
+            else np.nan,
             horizontal_std=float(np.hypot(east_std, north_std)),
             vertical_std=float(up_std),
             health=self.health,
@@ -472,7 +491,9 @@ def check_origin(origin: Sequence[float]) -> Origin:
     try:
         latitude, longitude, height = (float(number) for number in origin)
     except (TypeError, ValueError):
-        raise ConfigError(f"origin is {origin!r}: expected (latitude, longitude, height) in degrees and m") from None
+        raise ConfigError(
+            f"origin is {origin!r}: expected (latitude, longitude, height) in degrees and m"
+        ) from None
     if not abs(latitude) <= 90:
         raise ConfigError(f"origin: latitude is {latitude}, expected -90 to 90 degrees")
     if not abs(longitude) <= 180:
@@ -515,7 +536,9 @@ def _check_shape(label: str, array: NDArray[Any], shape: tuple[int, ...]) -> Non
 def _check_time(label: str, t: Floats) -> None:
     infinite = np.flatnonzero(~np.isfinite(t))
     if infinite.size:
-        raise DataError(f"{label}row {infinite[0]}: t is {t[infinite[0]]}, expected a finite stamp in s")
+        raise DataError(
+            f"{label}row {infinite[0]}: t is {t[infinite[0]]}, expected a finite stamp in s"
+        )
     back = np.flatnonzero(np.diff(t) < 0)
     if back.size:
         row = back[0] + 1
@@ -531,7 +554,9 @@ def _check_steps(label: str, steps: Steps, t: Floats, position: Floats) -> None:
         and np.array_equal(steps.end, t[end])
         and np.array_equal(steps.displacement, position[end] - position[start])
     ):
-        raise DataError(f"{label}filter_steps do not lie between rows of this track: leave them out to find them anew")
+        raise DataError(
+            f"{label}filter_steps do not lie between rows of this track: leave them out to find them anew"
+        )
 
 
 def _rate_hz(t: Floats) -> float:

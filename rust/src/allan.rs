@@ -1,15 +1,19 @@
-//! Overlapping Allan deviation: how much the means over neighbouring intervals differ, for intervals of every length.
+//! Overlapping Allan deviation: how much the means over neighbouring intervals differ, for
+//! intervals of every length.
 //!
-//! With N samples y and their sums X (N + 1 of them, the mean of y removed), the deviation at an averaging time of m samples is
+//! With N samples y and their sums X (N + 1 of them, the mean of y removed), the deviation at an
+//! averaging time of m samples is
 //!
 //! ```text
 //! s²(m) = 1 / (2 m² (N - 2m + 1)) · Σ (X[k + 2m] - 2 X[k + m] + X[k])²
 //! ```
 //!
 //! # References
-//! - W. J. Riley, D. A. Howe, "Handbook of Frequency Stability Analysis", NIST Special Publication 1065, 2008: eq. 11 (the estimator) and table 5 (degrees of
-//!   freedom); frequency is the rate here, and phase its sum.
-//! - A. Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54, 1974: the compensated sum.
+//! - W. J. Riley, D. A. Howe, "Handbook of Frequency Stability Analysis", NIST Special Publication
+//!   1065, 2008: eq. 11 (the estimator) and table 5 (degrees of freedom); frequency is the rate
+//!   here, and phase its sum.
+//! - A. Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM
+//!   54, 1974: the compensated sum.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{iter, sync::mpsc, thread};
@@ -18,12 +22,13 @@ use std::{iter, sync::mpsc, thread};
 const PER_DECADE: i32 = 10;
 /// Neighbouring intervals that the longest averaging time leaves.
 const FEWEST_CLUSTERS: usize = 10;
-/// Squares that are added before they join the total, so that rounding does not grow with the length of the record.
+/// Squares that are added before they join the total, so that rounding does not grow with the
+/// length of the record.
 const BLOCK: usize = 1024;
 /// Additions that go on at a time.
 const LANES: usize = 8;
 /// Neighbours on each side that the local slope is taken over: half an octave or more.
-const REACH: usize = 2;
+const MAX_HOLD: usize = 2;
 
 /// What noise governs the deviation at an averaging time, in the words for an inertial sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,9 +55,11 @@ impl Noise {
         }
     }
 
-    /// Equivalent degrees of freedom of the overlapping estimate from `samples` readings at an averaging time of `factor` of them (NIST SP 1065, table 5).
+    /// Equivalent degrees of freedom of the overlapping estimate from `samples` readings at an
+    /// averaging time of `factor` of them (NIST SP 1065, table 5).
     ///
-    /// The estimated variance is distributed as the true one times chi-squared over its degrees of freedom.
+    /// The estimated variance is distributed as the true one times chi-squared over its degrees of
+    /// freedom.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
     pub fn degrees_of_freedom(self, samples: usize, factor: usize) -> f64 {
@@ -60,18 +67,21 @@ impl Noise {
         match self {
             Self::Quantization => (n + 1.0) * (n - 2.0 * m) / (2.0 * (n - m)),
             Self::White => {
-                (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m.powi(2) / (4.0 * m.powi(2) + 5.0)
+                (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m.powi(2)
+                    / (4.0 * m.powi(2) + 5.0)
             }
             Self::BiasInstability if factor == 1 => 2.0 * (n - 2.0).powi(2) / (2.3 * n - 4.9),
             Self::BiasInstability => 5.0 * n.powi(2) / (4.0 * m * (n + 3.0 * m)),
             Self::BiasWalk => {
-                (n - 2.0) / m * ((n - 1.0).powi(2) - 3.0 * m * (n - 1.0) + 4.0 * m.powi(2)) / (n - 3.0).powi(2)
+                (n - 2.0) / m * ((n - 1.0).powi(2) - 3.0 * m * (n - 1.0) + 4.0 * m.powi(2))
+                    / (n - 3.0).powi(2)
             }
         }
     }
 }
 
-/// Averaging times, in samples, for a record of `samples`: ten a decade, as long as ten intervals are left.
+/// Averaging times, in samples, for a record of `samples`: ten a decade, as long as ten intervals
+/// are left.
 #[must_use]
 #[expect(
     clippy::cast_possible_truncation,
@@ -80,7 +90,8 @@ impl Noise {
 )]
 pub fn averaging_factors(samples: usize) -> Vec<usize> {
     let spaced = (0..).map(|k| 10_f64.powf(f64::from(k) / f64::from(PER_DECADE)).round() as usize);
-    let mut factors: Vec<usize> = spaced.take_while(|factor| factor * FEWEST_CLUSTERS <= samples).collect();
+    let mut factors: Vec<usize> =
+        spaced.take_while(|factor| factor * FEWEST_CLUSTERS <= samples).collect();
     factors.dedup();
     factors
 }
@@ -109,15 +120,20 @@ impl Integral {
         Self { sums: iter::once(0.0).chain(following).collect() }
     }
 
-    /// Overlapping Allan deviation at an averaging time of `factor` samples, in the unit of the samples; NaN when the record is not twice as long.
+    /// Overlapping Allan deviation at an averaging time of `factor` samples, in the unit of the
+    /// samples; NaN when the record is not twice as long.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
     pub fn deviation(&self, factor: usize) -> f64 {
-        let Some(terms) = self.sums.len().checked_sub(2 * factor).filter(|&terms| terms > 0 && factor > 0) else {
+        let Some(terms) =
+            self.sums.len().checked_sub(2 * factor).filter(|&terms| terms > 0 && factor > 0)
+        else {
             return f64::NAN;
         };
-        let [first, middle, last] = [0, factor, 2 * factor].map(|start| self.sums[start..start + terms].chunks(BLOCK));
-        let squares: f64 = first.zip(middle).zip(last).map(|((a, b), c)| sum_of_squares(a, b, c)).sum();
+        let [first, middle, last] =
+            [0, factor, 2 * factor].map(|start| self.sums[start..start + terms].chunks(BLOCK));
+        let squares: f64 =
+            first.zip(middle).zip(last).map(|((a, b), c)| sum_of_squares(a, b, c)).sum();
         (squares / (2.0 * terms as f64)).sqrt() / factor as f64
     }
 }
@@ -149,7 +165,8 @@ impl CompensatedSum {
     fn add(&mut self, value: f64) {
         let before = self.sum;
         self.sum += value;
-        let (large, small) = if before.abs() >= value.abs() { (before, value) } else { (value, before) };
+        let (large, small) =
+            if before.abs() >= value.abs() { (before, value) } else { (value, before) };
         self.lost += (large - self.sum) + small;
     }
 
@@ -165,17 +182,19 @@ pub struct Curve {
     pub factors: Vec<usize>,
     /// Deviation at each, in the unit of the samples.
     pub deviation: Vec<f64>,
-    /// Equivalent degrees of freedom of each, for the noise that the local slope of the curve shows.
+    /// Equivalent degrees of freedom of each, for the noise that the local slope of the curve
+    /// shows.
     pub degrees_of_freedom: Vec<f64>,
 }
 
 impl Curve {
     /// The curve of evenly spaced `samples`, on all processors.
     ///
-    /// `watch` hears after each averaging time what share of them is done, in the calling thread, and can end the work with an error.
+    /// `progress` hears after each averaging time what share of them is done, in the calling
+    /// thread, and can end the work with an error.
     ///
     /// # Errors
-    /// That of `watch`.
+    /// That of `progress`.
     ///
     /// # Examples
     /// ```
@@ -186,9 +205,9 @@ impl Curve {
     /// assert!((curve.deviation[0] - 0.1 / 2_f64.sqrt()).abs() < 1e-9);
     /// # Ok::<(), std::convert::Infallible>(())
     /// ```
-    pub fn of<E>(samples: &[f64], watch: impl FnMut(f64) -> Result<(), E>) -> Result<Self, E> {
+    pub fn of<E>(samples: &[f64], progress: impl FnMut(f64) -> Result<(), E>) -> Result<Self, E> {
         let factors = averaging_factors(samples.len());
-        let deviation = deviations(&Integral::new(samples), &factors, watch)?;
+        let deviation = deviations(&Integral::new(samples), &factors, progress)?;
         let degrees_of_freedom = noises(&factors, &deviation)
             .zip(&factors)
             .map(|(noise, &factor)| noise.degrees_of_freedom(samples.len(), factor))
@@ -202,7 +221,7 @@ impl Curve {
 fn deviations<E>(
     integral: &Integral,
     factors: &[usize],
-    mut watch: impl FnMut(f64) -> Result<(), E>,
+    mut progress: impl FnMut(f64) -> Result<(), E>,
 ) -> Result<Vec<f64>, E> {
     let workers = thread::available_parallelism().map_or(1, usize::from).min(factors.len());
     let next = AtomicUsize::new(0);
@@ -223,7 +242,7 @@ fn deviations<E>(
         drop(sender);
         for (done, (k, deviation)) in results.into_iter().enumerate() {
             deviations[k] = deviation;
-            watch((done + 1) as f64 / factors.len() as f64)?;
+            progress((done + 1) as f64 / factors.len() as f64)?;
         }
         Ok(())
     })?;
@@ -232,8 +251,9 @@ fn deviations<E>(
 
 /// The noise that governs each averaging time.
 ///
-/// Quantization rules the shortest ones or none.  Where the slope is uncertain, at the longest, it would be mistaken for it, with degrees of freedom as if
-/// the record were thousands of times as long.
+/// Quantization rules the shortest ones or none.  Where the slope is uncertain, at the longest, it
+/// would be mistaken for it, with degrees of freedom as if the record were thousands of times as
+/// long.
 fn noises(factors: &[usize], deviation: &[f64]) -> impl Iterator<Item = Noise> {
     let slopes = (0..factors.len()).map(|k| slope(factors, deviation, k));
     slopes.map(Noise::of_slope).scan(true, |quantized, noise| {
@@ -245,7 +265,7 @@ fn noises(factors: &[usize], deviation: &[f64]) -> impl Iterator<Item = Noise> {
 /// Slope of the variance in log-log axes about the averaging time `k`.
 #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
 fn slope(factors: &[usize], deviation: &[f64], k: usize) -> f64 {
-    let (from, to) = (k.saturating_sub(REACH), (k + REACH).min(factors.len() - 1));
+    let (from, to) = (k.saturating_sub(MAX_HOLD), (k + MAX_HOLD).min(factors.len() - 1));
     2.0 * (deviation[to] / deviation[from]).ln() / (factors[to] as f64 / factors[from] as f64).ln()
 }
 

@@ -1,10 +1,11 @@
-//! Correction of raw readings: M (raw - b) for each sensor, which [`TriadCalibration`] lets follow the temperature.
+//! Correction of raw readings: M (raw - b) for each sensor, which [`TriadCalibration`] lets follow
+//! the temperature.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::sample::ImuSample;
+use crate::types::sample::ImuSample;
 
 mod thermal;
 
@@ -14,11 +15,11 @@ pub use thermal::{TemperatureModel, TriadCalibration};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Calibration {
-    /// Rows of the accelerometer's matrix M.
+    /// Block3 of the accelerometer's matrix M.
     pub accel_matrix: [[f64; 3]; 3],
     /// Bias b of the accelerometer, m/s².
     pub accel_bias: [f64; 3],
-    /// Rows of the gyroscope's matrix M.
+    /// Block3 of the gyroscope's matrix M.
     pub gyro_matrix: [[f64; 3]; 3],
     /// Bias b of the gyroscope, rad/s.
     pub gyro_bias: [f64; 3],
@@ -28,7 +29,12 @@ const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.
 
 impl Default for Calibration {
     fn default() -> Self {
-        Self { accel_matrix: IDENTITY, accel_bias: [0.0; 3], gyro_matrix: IDENTITY, gyro_bias: [0.0; 3] }
+        Self {
+            accel_matrix: IDENTITY,
+            accel_bias: [0.0; 3],
+            gyro_matrix: IDENTITY,
+            gyro_bias: [0.0; 3],
+        }
     }
 }
 
@@ -48,14 +54,22 @@ fn check_matrix(key: &'static str, rows: &[[f64; 3]; 3]) -> Result<(), ConfigErr
         return Ok(());
     }
     let value = format!("{rows:?}");
-    Err(ConfigError::OutOfRange { key, value, expected: "three rows of a right-handed matrix near the identity" })
+    Err(ConfigError::OutOfRange {
+        key,
+        value,
+        expected: "three rows of a right-handed matrix near the identity",
+    })
 }
 
 fn check_bias(key: &'static str, bias: &[f64; 3]) -> Result<(), ConfigError> {
     if bias.iter().all(|b| b.is_finite()) {
         return Ok(());
     }
-    Err(ConfigError::OutOfRange { key, value: format!("{bias:?}"), expected: "three finite numbers" })
+    Err(ConfigError::OutOfRange {
+        key,
+        value: format!("{bias:?}"),
+        expected: "three finite numbers",
+    })
 }
 
 fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
@@ -122,8 +136,10 @@ mod tests {
         let truth = ImuSample::new(1.0, [1.0, -2.0, 9.0], [0.5, 3.0, -1.0]);
         let raw = ImuSample {
             time: 1.0,
-            specific_force: accel.try_inverse().unwrap() * truth.specific_force + Vector3::from(calibration.accel_bias),
-            angular_rate: gyro.try_inverse().unwrap() * truth.angular_rate + Vector3::from(calibration.gyro_bias),
+            specific_force: accel.try_inverse().unwrap() * truth.specific_force
+                + Vector3::from(calibration.accel_bias),
+            angular_rate: gyro.try_inverse().unwrap() * truth.angular_rate
+                + Vector3::from(calibration.gyro_bias),
         };
         let corrected = Calibrator::new(&calibration).unwrap().apply(&raw);
         assert!(Calibrator::new(&Calibration::default()).is_none());

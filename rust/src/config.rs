@@ -1,14 +1,15 @@
 //! Settings of every stage, in the order in which a sample meets the stages.
 //!
-//! The defaults here are the only ones: the Python layer shows the same values and a test compares the two.  Angles are in degrees only where the name says so.
+//! The defaults here are the only ones: the Python layer shows the same values and a test compares
+//! the two.  Angles are in degrees only where the name says so.
 
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::Calibration;
-use crate::earth;
 use crate::error::ConfigError;
+use crate::ins::earth;
+use crate::ins::strapdown::MechanizationKind;
 use crate::limits::{at_least_zero, positive, within};
-use crate::strapdown::MechanizationKind;
 
 mod detector;
 mod filter;
@@ -17,17 +18,18 @@ mod presets;
 mod refinement;
 
 pub use detector::{
-    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, Condition, DetectorConfig,
-    GraphTheoreticConfig, MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig, ShoeConfig,
-    ThreeConditionConfig, WindowedEnergiesConfig,
+    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, Condition,
+    DetectorConfig, GraphTheoreticConfig, MagnitudeDebouncedConfig, MagnitudeVarianceConfig,
+    MovingVarianceConfig, ShoeConfig, ThreeConditionConfig, WindowedEnergiesConfig,
 };
 pub use filter::{AttitudeUpdate, FilterConfig, FilterKind};
 pub use magnetometer::MagnetometerConfig;
 pub use presets::PRESETS;
 pub use refinement::{CorrectionConfig, CorrectionKind, SmootherConfig, SmootherKind};
 
-/// Latitude (degrees) that gravity is taken from when neither gravity, latitude nor origin is known.  Gravity changes by 0.026 m/s² from there to
-/// the equator or the poles, which the accelerometer biases absorb at the first rest.
+/// Latitude (degrees) that gravity is taken from when neither gravity, latitude nor origin is
+/// known.  Gravity changes by 0.026 m/s² from there to the equator or the poles, which the
+/// accelerometer biases absorb at the first rest.
 pub const DEFAULT_LATITUDE_DEG: f64 = 45.0;
 
 /// All settings.
@@ -74,7 +76,8 @@ pub struct SensorConfig {
     pub gyro_bias_std: f64,
     /// Standard deviation of the accelerometer's bias, m/s².
     pub accel_bias_std: f64,
-    /// Standard deviation of the gyroscope's scale factors and misalignments (rad) that no calibration took out.
+    /// Standard deviation of the gyroscope's scale factors and misalignments (rad) that no
+    /// calibration took out.
     pub gyro_scale_std: f64,
     /// The same of the accelerometer.
     pub accel_scale_std: f64,
@@ -140,14 +143,16 @@ pub enum Axis {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AlignmentConfig {
-    /// Rest that is averaged at the most, s.  A walk that starts sooner is aligned on the rest that there is.
+    /// Rest that is averaged at the most, s.  A walk that starts sooner is aligned on the rest that
+    /// there is.
     pub duration: f64,
     /// Form of the levelling equations.
     pub levelling: Levelling,
-    /// Heading of `forward_axis` at the start, degrees clockwise from true north.  When it is absent and no magnetic field is given, n x is where
-    /// `forward_axis` points.
+    /// Heading of `forward_axis` at the start, degrees clockwise from true north.  When it is
+    /// absent and no magnetic field is given, n x is where `forward_axis` points.
     pub heading_deg: Option<f64>,
-    /// Magnetic field at the start in the sensor frame, any unit: gives the heading instead of `heading_deg`.
+    /// Magnetic field at the start in the sensor frame, any unit: gives the heading instead of
+    /// `heading_deg`.
     pub magnetic_field: Option<[f64; 3]>,
     /// Declination of the magnetic field, degrees east of true north.
     pub declination_deg: f64,
@@ -159,7 +164,8 @@ pub struct AlignmentConfig {
     pub rest_gyro_std: f64,
     /// Rest after that, at the most, over which the filter levels finely before the walk begins, s.
     pub fine_duration: f64,
-    /// Standard deviation of the gyroscope's bias after `duration` of rest, rad/s, beside what the foot was seen to sway.
+    /// Standard deviation of the gyroscope's bias after `duration` of rest, rad/s, beside what the
+    /// foot was seen to sway.
     pub gyro_bias_std: f64,
     /// Standard deviation of roll and pitch beyond what the accelerometer's bias explains, rad.
     pub tilt_std: f64,
@@ -192,11 +198,13 @@ impl Default for AlignmentConfig {
 pub struct MechanizationConfig {
     /// Form of the update.
     pub kind: MechanizationKind,
-    /// Whether the Earth turns.  Needs a heading; a foot at rest resets what its rotation does in a stride.
+    /// Whether the Earth turns.  Needs a heading; a foot at rest resets what its rotation does in a
+    /// stride.
     pub earth_rate: bool,
     /// Gravity, m/s²; from latitude and height when absent.
     pub gravity: Option<f64>,
-    /// Geodetic latitude, degrees; from `output.origin`, or else [`DEFAULT_LATITUDE_DEG`], when absent.
+    /// Geodetic latitude, degrees; from `output.origin`, or else [`DEFAULT_LATITUDE_DEG`], when
+    /// absent.
     pub latitude_deg: Option<f64>,
     /// Height above the ellipsoid, m; from `output.origin`, or else 0, when absent.
     pub height: Option<f64>,
@@ -212,9 +220,11 @@ pub struct HealthConfig {
     pub memory: f64,
     /// Time without a zero velocity after which the solution is degraded, s.
     pub degraded_after: f64,
-    /// Time without a zero velocity after which it is invalid, s, and stays so: where the foot went meanwhile is not known.
+    /// Time without a zero velocity after which it is invalid, s, and stays so: where the foot went
+    /// meanwhile is not known.
     pub invalid_after: f64,
-    /// Longest gap that is bridged, s.  After a longer one the walk goes on from where it was, but is invalid.
+    /// Longest gap that is bridged, s.  After a longer one the walk goes on from where it was, but
+    /// is invalid.
     pub longest_gap: f64,
     /// Roll and pitch uncertainty above which a start in motion still degrades the solution, rad.
     pub tilt_limit: f64,
@@ -260,9 +270,11 @@ impl Config {
     /// Reads a configuration from TOML; absent settings keep their defaults.
     ///
     /// # Errors
-    /// [`ConfigError`] for text that is not TOML, an unknown key, a value of the wrong type or out of range.
+    /// [`ConfigError`] for text that is not TOML, an unknown key, a value of the wrong type or out
+    /// of range.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        let config: Self = toml::from_str(text).map_err(|error| ConfigError::Syntax(error.to_string()))?;
+        let config: Self =
+            toml::from_str(text).map_err(|error| ConfigError::Syntax(error.to_string()))?;
         config.validate()?;
         Ok(config)
     }
@@ -271,17 +283,22 @@ impl Config {
     #[must_use]
     pub fn gravity(&self) -> f64 {
         let height = self.mechanization.height.or(self.output.origin.map(|o| o[2])).unwrap_or(0.0);
-        self.mechanization.gravity.unwrap_or_else(|| earth::normal_gravity(self.latitude_deg().to_radians(), height))
+        self.mechanization
+            .gravity
+            .unwrap_or_else(|| earth::normal_gravity(self.latitude_deg().to_radians(), height))
     }
 
     /// Geodetic latitude that gravity and Earth rate are taken at, degrees.
     #[must_use]
     pub fn latitude_deg(&self) -> f64 {
-        self.mechanization.latitude_deg.or(self.output.origin.map(|o| o[0])).unwrap_or(DEFAULT_LATITUDE_DEG)
+        self.mechanization
+            .latitude_deg
+            .or(self.output.origin.map(|o| o[0]))
+            .unwrap_or(DEFAULT_LATITUDE_DEG)
     }
 
     /// Whether anything is done to the track after the filter.
-    pub(crate) fn refines(&self) -> bool {
+    pub(crate) fn post_processes(&self) -> bool {
         self.correction.kind != CorrectionKind::None || self.smoother.kind != SmootherKind::None
     }
 
@@ -306,8 +323,10 @@ impl Config {
         self.health.validate()?;
         self.output.validate()?;
         refinement::validate(&self.filter, &self.correction, &self.smoother)?;
-        let heading_known = self.alignment.heading_deg.is_some() || self.alignment.magnetic_field.is_some();
-        if self.mechanization.earth_rate && self.mechanization.kind == MechanizationKind::FirstOrder {
+        let heading_known =
+            self.alignment.heading_deg.is_some() || self.alignment.magnetic_field.is_some();
+        if self.mechanization.earth_rate && self.mechanization.kind == MechanizationKind::FirstOrder
+        {
             return Err(ConfigError::Inconsistent(
                 "mechanization.kind = \"first-order\" knows no rotation of the Earth: choose another kind or leave earth_rate out".into(),
             ));
@@ -345,13 +364,23 @@ impl AlignmentConfig {
             -360.0..=360.0,
             "a number between -360 and 360",
         )?;
-        within("alignment.declination_deg", self.declination_deg, -180.0..=180.0, "a number between -180 and 180")?;
+        within(
+            "alignment.declination_deg",
+            self.declination_deg,
+            -180.0..=180.0,
+            "a number between -180 and 180",
+        )?;
         positive("alignment.rest_accel_std", self.rest_accel_std)?;
         positive("alignment.rest_gyro_std", self.rest_gyro_std)?;
         at_least_zero("alignment.fine_duration", self.fine_duration)?;
         positive("alignment.gyro_bias_std", self.gyro_bias_std)?;
         positive("alignment.tilt_std", self.tilt_std)?;
-        within("alignment.heading_std_deg", self.heading_std_deg, 0.0..=180.0, "between 0 and 180")?;
+        within(
+            "alignment.heading_std_deg",
+            self.heading_std_deg,
+            0.0..=180.0,
+            "between 0 and 180",
+        )?;
         if self.heading_deg.is_some() && self.magnetic_field.is_some() {
             return Err(ConfigError::Inconsistent(
                 "alignment.heading_deg and alignment.magnetic_field both give the heading: keep one of them".into(),
@@ -363,8 +392,18 @@ impl AlignmentConfig {
 
 impl MechanizationConfig {
     fn validate(&self) -> Result<(), ConfigError> {
-        within("mechanization.gravity", self.gravity.unwrap_or(9.8), 9.0..=10.5, "between 9.0 and 10.5 m/s^2")?;
-        within("mechanization.latitude_deg", self.latitude_deg.unwrap_or(0.0), -90.0..=90.0, "between -90 and 90")?;
+        within(
+            "mechanization.gravity",
+            self.gravity.unwrap_or(9.8),
+            9.0..=10.5,
+            "between 9.0 and 10.5 m/s^2",
+        )?;
+        within(
+            "mechanization.latitude_deg",
+            self.latitude_deg.unwrap_or(0.0),
+            -90.0..=90.0,
+            "between -90 and 90",
+        )?;
         within(
             "mechanization.height",
             self.height.unwrap_or(0.0),
@@ -395,6 +434,11 @@ impl OutputConfig {
         let [latitude, longitude, height] = self.origin.unwrap_or([0.0; 3]);
         within("output.origin latitude", latitude, -90.0..=90.0, "between -90 and 90")?;
         within("output.origin longitude", longitude, -180.0..=180.0, "between -180 and 180")?;
-        within("output.origin height", height, -12_000.0..=100_000.0, "metres between -12000 and 100000")
+        within(
+            "output.origin height",
+            height,
+            -12_000.0..=100_000.0,
+            "metres between -12000 and 100000",
+        )
     }
 }

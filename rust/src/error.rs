@@ -52,7 +52,9 @@ pub enum ConfigError {
 #[non_exhaustive]
 pub enum DataError {
     /// A stamp or a channel is NaN or infinite.
-    #[error("sample {index}: {channel} is {value}; leave the sample out, the gap is bridged and reported")]
+    #[error(
+        "sample {index}: {channel} is {value}; leave the sample out, the gap is bridged and reported"
+    )]
     NonFinite {
         /// Number of the sample, counted from 0 since the start or the last reset.
         index: u64,
@@ -97,7 +99,9 @@ pub enum DataError {
     #[error("the data were ended by flush(); call reset() to begin a new walk")]
     AfterFlush,
     /// The data end before the start is aligned.
-    #[error("{samples} samples over {duration:.2} s are too few: the alignment needs {needed:.1} s at the start")]
+    #[error(
+        "{samples} samples over {duration:.2} s are too few: the alignment needs {needed:.1} s at the start"
+    )]
     TooShort {
         /// Number of samples.
         samples: u64,
@@ -177,7 +181,9 @@ pub enum NumericalError {
         variance: f64,
     },
     /// Position, velocity or attitude became not finite.
-    #[error("at {time} s the navigation state became not finite; the samples before it are too large to integrate")]
+    #[error(
+        "at {time} s the navigation state became not finite; the samples before it are too large to integrate"
+    )]
     StateNotFinite {
         /// Stamp of the sample, s.
         time: f64,

@@ -1,40 +1,38 @@
 #![doc = include_str!("../../README.md")]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-pub mod alignment;
+#[expect(clippy::inline_always, reason = "as math::simd")]
+mod aiding;
 pub mod allan;
-pub mod batch;
 pub mod calibration;
 pub mod config;
-mod correction;
-pub mod detector;
-pub mod earth;
+pub mod detectors;
 pub mod error;
-#[expect(clippy::inline_always, reason = "as the lanes")]
+#[expect(clippy::inline_always, reason = "as math::simd")]
 pub mod filter;
 pub mod gait;
-pub mod health;
-mod intake;
-#[expect(clippy::inline_always, reason = "what is compiled for some instructions must not call what is not")]
-mod lanes;
+#[expect(clippy::inline_always, reason = "as math::simd")]
+pub mod ins;
 mod limits;
-#[expect(clippy::inline_always, reason = "as the lanes")]
-pub mod navigator;
+#[expect(
+    clippy::inline_always,
+    reason = "code compiled for an instruction set must not call code that is not"
+)]
+pub mod math;
+#[expect(clippy::inline_always, reason = "as math::simd")]
+pub mod pipeline;
+mod progress;
 #[cfg(feature = "python")]
 mod python;
-pub mod rotation;
-pub mod sample;
 pub mod simulation;
 mod smoother;
-#[expect(clippy::inline_always, reason = "as the lanes")]
-pub mod strapdown;
-pub mod trajectory;
-mod watch;
+pub mod types;
 
-pub use batch::Batch;
 pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use gait::Stride;
-pub use navigator::{Navigator, Solution};
-pub use sample::{ImuSample, MagSample};
-pub use trajectory::{Trajectory, track};
+pub use pipeline::batch::{Batch, track};
+pub use pipeline::navigator::Navigator;
+pub use types::sample::{ImuSample, MagSample};
+pub use types::solution::Solution;
+pub use types::trajectory::Trajectory;

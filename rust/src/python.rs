@@ -7,8 +7,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::config::{AdaptiveShoeConfig, Config, DetectorConfig, PRESETS};
-use crate::detector::{configured, decide_all_with};
 use crate::error::{ConfigError as CoreConfigError, Error};
+use crate::pipeline::detection::{configured, decide_all_with};
 use crate::python::block::Block;
 use crate::python::detector::PyDetector;
 
@@ -106,7 +106,8 @@ fn gravity(config: &[u8]) -> PyResult<f64> {
     Ok(from_json::<Config>(config)?.gravity())
 }
 
-/// Statistic, threshold and decision of the configured detector, or of the user's own, for each sample.
+/// Statistic, threshold and decision of the configured detector, or of the user's own, for each
+/// sample.
 #[pyfunction]
 #[pyo3(signature = (config, rate_hz, t, accel, gyro, detector=None))]
 fn detect<'py>(
@@ -123,25 +124,32 @@ fn detect<'py>(
     let decisions = match detector {
         None => {
             let detector = configured(&config, rate_hz)?;
-            py.detach(|| decide_all_with(detector, &config, &samples, keyboard))?
+            py.detach(|| decide_all_with(detector, &config, &samples, check_signals))?
         }
         Some(object) => {
             let (detector, failure) = PyDetector::new(object)?;
-            let decisions = py.detach(|| decide_all_with(Box::new(detector), &config, &samples, keyboard));
+            let decisions =
+                py.detach(|| decide_all_with(Box::new(detector), &config, &samples, check_signals));
             failure.check(py)?;
             decisions?
         }
     };
     let columns = PyDict::new(py);
-    columns.set_item("statistic", PyArray1::from_iter(py, decisions.iter().map(|d| d.statistic)))?;
-    columns.set_item("threshold", PyArray1::from_iter(py, decisions.iter().map(|d| d.threshold)))?;
-    columns.set_item("decision", PyArray1::from_iter(py, decisions.iter().map(|d| d.stationary)))?;
+    columns
+        .set_item("statistic", PyArray1::from_iter(py, decisions.iter().map(|d| d.statistic)))?;
+    columns
+        .set_item("threshold", PyArray1::from_iter(py, decisions.iter().map(|d| d.threshold)))?;
+    columns
+        .set_item("decision", PyArray1::from_iter(py, decisions.iter().map(|d| d.stationary)))?;
     Ok(columns)
 }
 
-/// Lets an interrupt from the keyboard end the work of the main thread.
-#[expect(clippy::redundant_closure_for_method_calls, reason = "the method itself is not general enough")]
-fn keyboard() -> PyResult<()> {
+/// Lets an interrupt from the check_signals end the work of the main thread.
+#[expect(
+    clippy::redundant_closure_for_method_calls,
+    reason = "the method itself is not general enough"
+)]
+fn check_signals() -> PyResult<()> {
     Python::attach(|py| py.check_signals())
 }
 
@@ -156,7 +164,10 @@ fn from_json<T: DeserializeOwned>(text: &[u8]) -> PyResult<T> {
 }
 
 /// An (n, N) array that takes over the memory of `rows`.
-fn matrix<const N: usize>(py: Python<'_>, rows: Vec<[f64; N]>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+fn matrix<const N: usize>(
+    py: Python<'_>,
+    rows: Vec<[f64; N]>,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let shape = [rows.len(), N];
     PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
 }

@@ -1,13 +1,17 @@
 //! A walk that never was: samples of a sensor on a shoe, and the truth behind them.
 //!
-//! The motion of the foot is a smooth function of time, its velocity the true derivative of its position.  The samples are found from it by
-//! [`Strapdown::inverse`], so that the strapdown that they were made for leads back to the truth to rounding: what a navigator gets wrong is its own
+//! The motion of the foot is a smooth function of time, its velocity the true derivative of its
+//! position.  The samples are found from it by [`Strapdown::inverse`], so that the strapdown that
+//! they were made for leads back to the truth to rounding: what a navigator gets wrong is its own
 //! doing, or the sensor's.
 //!
-//! - [`Route`]: where to;  [`Gait`]: how;  [`SensorErrors`]: with what sensor;  [`SimulationSettings`]: how often, and on what Earth.
-//! - [`simulate`] makes the [`Walk`];  [`rest`] leaves the sensor on a table;  [`corrupt`] passes samples of any other motion through the sensor.
+//! - [`Route`]: where to;  [`Gait`]: how;  [`SensorErrors`]: with what sensor;
+//!   [`SimulationSettings`]: how often, and on what Earth.
+//! - [`simulate`] makes the [`Walk`];  [`rest`] leaves the sensor on a table;  [`corrupt`] passes
+//!   samples of any other motion through the sensor.
 //!
-//! The walk, the errors of the sensor and the jitter of the stamps have random streams of their own: a change of the sensor does not change the walk.
+//! The walk, the errors of the sensor and the jitter of the stamps have random streams of their
+//! own: a change of the sensor does not change the walk.
 
 mod draw;
 mod flicker;
@@ -33,10 +37,11 @@ use self::draw::Cause;
 use self::motion::Motion;
 use self::sensor::Sensor;
 use crate::error::ConfigError;
+use crate::ins::strapdown::{Increments, Strapdown};
 use crate::limits;
-use crate::sample::ImuSample;
-use crate::strapdown::{Increments, NavState, Strapdown};
-use crate::watch::{STRETCH, unwatched};
+use crate::progress::{CHUNK, no_progress};
+use crate::types::nav_state::NavState;
+use crate::types::sample::ImuSample;
 
 /// Longest rest that is simulated, s.
 const LONGEST_REST: f64 = 1e6;
@@ -48,9 +53,11 @@ pub struct Walk {
     pub samples: Vec<ImuSample>,
     /// State of the sensor at each stamp, the position from where it was at the first.
     ///
-    /// Velocity and attitude are those of the moving foot; the position is their integral by the rule of the mechanization that the samples are made for.
+    /// Velocity and attitude are those of the moving foot; the position is their integral by the
+    /// rule of the mechanization that the samples are made for.
     pub truth: Vec<NavState>,
-    /// Whether the foot stands flat on ground that is at rest, from the end of its roll over the heel to heel-off.
+    /// Whether the foot stands flat on ground that is at rest, from the end of its roll over the
+    /// heel to heel-off.
     pub stance: Vec<bool>,
     /// Bias of the gyroscopes in each sample, b frame, rad/s.
     pub gyro_bias: Vec<Vector3<f64>>,
@@ -60,8 +67,10 @@ pub struct Walk {
 
 /// Walks along `route` and records it.
 ///
-/// The first sample is the mean over one nominal interval before its stamp.  With [`SensorErrors::ideal`], [`Strapdown::advance`] from `truth[0]` over
-/// [`Strapdown::increments`] of the samples gives `truth` again, when the first sample times the nominal interval is what came before.
+/// The first sample is the mean over one nominal interval before its stamp.  With
+/// [`SensorErrors::ideal`], [`Strapdown::advance`] from `truth[0]` over [`Strapdown::increments`]
+/// of the samples gives `truth` again, when the first sample times the nominal interval is what
+/// came before.
 ///
 /// # Errors
 /// [`ConfigError::OutOfRange`] with the first parameter that makes no sense.
@@ -81,19 +90,19 @@ pub fn simulate(
     errors: &SensorErrors,
     settings: &SimulationSettings,
 ) -> Result<Walk, ConfigError> {
-    simulate_watched(route, gait, errors, settings, unwatched)
+    simulate_with_progress(route, gait, errors, settings, no_progress)
 }
 
-/// As [`simulate`]; `watch` is asked every 10,000 samples and can end the work.
+/// As [`simulate`]; `progress` is asked every 10,000 samples and can end the work.
 ///
 /// # Errors
-/// That of `watch`, and those of [`simulate`].
-pub fn simulate_watched<E: From<ConfigError>>(
+/// That of `progress`, and those of [`simulate`].
+pub fn simulate_with_progress<E: From<ConfigError>>(
     route: &Route,
     gait: &Gait,
     errors: &SensorErrors,
     settings: &SimulationSettings,
-    mut watch: impl FnMut() -> Result<(), E>,
+    mut progress: impl FnMut() -> Result<(), E>,
 ) -> Result<Walk, E> {
     route.validate()?;
     gait.validate()?;
@@ -104,8 +113,8 @@ pub fn simulate_watched<E: From<ConfigError>>(
     let mut tracer = Tracer::new(&motion, gait.sensor_to_foot(), settings.strapdown(), stamps[0]);
     let mut sensor = Sensor::draw(errors, draw::stream(settings.seed, Cause::Sensor));
     let mut walk = Walk::with_capacity(stamps.len());
-    for stretch in stamps.chunks(STRETCH) {
-        watch()?;
+    for stretch in stamps.chunks(CHUNK) {
+        progress()?;
         for &time in stretch {
             let (sample, truth, dt) = tracer.step(time);
             let (gyro_bias, accel_bias) = sensor.biases();
@@ -128,18 +137,18 @@ pub fn rest(
     errors: &SensorErrors,
     settings: &SimulationSettings,
 ) -> Result<Vec<ImuSample>, ConfigError> {
-    rest_watched(duration, errors, settings, unwatched)
+    rest_with_progress(duration, errors, settings, no_progress)
 }
 
-/// As [`rest`]; `watch` is asked every 10,000 samples and can end the work.
+/// As [`rest`]; `progress` is asked every 10,000 samples and can end the work.
 ///
 /// # Errors
-/// That of `watch`, and those of [`rest`].
-pub fn rest_watched<E: From<ConfigError>>(
+/// That of `progress`, and those of [`rest`].
+pub fn rest_with_progress<E: From<ConfigError>>(
     duration: f64,
     errors: &SensorErrors,
     settings: &SimulationSettings,
-    mut watch: impl FnMut() -> Result<(), E>,
+    mut progress: impl FnMut() -> Result<(), E>,
 ) -> Result<Vec<ImuSample>, E> {
     limits::within("duration", duration, 0.0..=LONGEST_REST, "0 to 1e6 s")?;
     errors.validate()?;
@@ -153,8 +162,8 @@ pub fn rest_watched<E: From<ConfigError>>(
         sensor.read(&ImuSample::new(time, [0.0, 0.0, settings.gravity], [0.0; 3]), dt)
     };
     let mut samples = Vec::with_capacity(stamps.len());
-    for stretch in stamps.chunks(STRETCH) {
-        watch()?;
+    for stretch in stamps.chunks(CHUNK) {
+        progress()?;
         samples.extend(stretch.iter().map(&mut reading));
     }
     Ok(samples)
@@ -162,14 +171,20 @@ pub fn rest_watched<E: From<ConfigError>>(
 
 /// What a sensor with errors makes of samples without any.
 ///
-/// Sensors of one seed and the same errors are the same, here and in [`simulate`].  The first sample lasts as long as the second.
+/// Sensors of one seed and the same errors are the same, here and in [`simulate`].  The first
+/// sample lasts as long as the second.
 ///
 /// # Errors
 /// [`ConfigError::OutOfRange`] with the first parameter that makes no sense.
-pub fn corrupt(truth: &[ImuSample], errors: &SensorErrors, seed: u64) -> Result<Vec<ImuSample>, ConfigError> {
+pub fn corrupt(
+    truth: &[ImuSample],
+    errors: &SensorErrors,
+    seed: u64,
+) -> Result<Vec<ImuSample>, ConfigError> {
     errors.validate()?;
     let mut sensor = Sensor::draw(errors, draw::stream(seed, Cause::Sensor));
-    let mut intervals: Vec<f64> = truth.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+    let mut intervals: Vec<f64> =
+        truth.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     intervals.insert(0, intervals.first().copied().unwrap_or(1.0));
     if let Some(&interval) = intervals.iter().find(|&&interval| interval <= 0.0) {
         return Err(ConfigError::Inconsistent(format!(
@@ -196,13 +211,19 @@ struct Tracer<'a> {
     motion: &'a Motion,
     sensor_to_foot: UnitQuaternion<f64>,
     strapdown: Strapdown,
-    /// Where the strapdown is, which rounding keeps a little apart from the motion; the next sample takes it back.
+    /// Where the strapdown is, which rounding keeps a little apart from the motion; the next sample
+    /// takes it back.
     reached: NavState,
     previous: Option<(ImuSample, Increments)>,
 }
 
 impl<'a> Tracer<'a> {
-    fn new(motion: &'a Motion, sensor_to_foot: UnitQuaternion<f64>, strapdown: Strapdown, first_stamp: f64) -> Self {
+    fn new(
+        motion: &'a Motion,
+        sensor_to_foot: UnitQuaternion<f64>,
+        strapdown: Strapdown,
+        first_stamp: f64,
+    ) -> Self {
         let reached = NavState::at_rest(0.0, UnitQuaternion::identity());
         let mut tracer = Self { motion, sensor_to_foot, strapdown, reached, previous: None };
         tracer.reached = tracer.aim(first_stamp - strapdown.nominal_interval);
@@ -232,13 +253,22 @@ impl<'a> Tracer<'a> {
     fn first(&mut self, aim: &NavState) -> (ImuSample, NavState, f64) {
         let dt = self.strapdown.nominal_interval;
         let sample = mean(&self.strapdown.inverse(&Increments::NONE, &self.reached, aim), aim.time);
-        let before = Increments { dt, angle: dt * sample.angular_rate, velocity: dt * sample.specific_force };
+        let before = Increments {
+            dt,
+            angle: dt * sample.angular_rate,
+            velocity: dt * sample.specific_force,
+        };
         self.reached = *aim;
         self.previous = Some((sample, before));
         (sample, *aim, dt)
     }
 
-    fn next(&mut self, aim: &NavState, previous: &ImuSample, before: &Increments) -> (ImuSample, NavState, f64) {
+    fn next(
+        &mut self,
+        aim: &NavState,
+        previous: &ImuSample,
+        before: &Increments,
+    ) -> (ImuSample, NavState, f64) {
         self.reached.time = previous.time;
         let sample = mean(&self.strapdown.inverse(before, &self.reached, aim), aim.time);
         let now = self.strapdown.increments(previous, &sample);

@@ -1,11 +1,12 @@
 """The accelerometer from the poses in which it rested.
 
-At rest a correct accelerometer reads gravity, whichever way it lies.  Bias, scale and misalignment are what makes it so
-in all poses: the first stage of D. Tedaldi, A. Pretto, E. Menegatti, "A robust and easy to implement method for IMU
-calibration without external equipments", ICRA 2014, eq. 10.  Two choices differ from the paper.  The residual is the
-difference of the magnitudes, not of their squares, so that it is in m/s².  The product T K of misalignment and scale
-is one lower triangular matrix, not an upper one: the x axis of the corrected frame is the accelerometer's own, and y
-lies in the plane of its x and y.  This is the frame of Kalibr, too.
+At rest a correct accelerometer reads gravity, whichever way it lies.  Bias, scale and misalignment
+are what makes it so in all poses: the first stage of D. Tedaldi, A. Pretto, E. Menegatti, "A robust
+and easy to implement method for IMU calibration without external equipments", ICRA 2014, eq. 10.
+Two choices differ from the paper.  The residual is the difference of the magnitudes, not of their
+squares, so that it is in m/s².  The product T K of misalignment and scale is one lower triangular
+matrix, not an upper one: the x axis of the corrected frame is the accelerometer's own, and y lies
+in the plane of its x and y.  This is the frame of Kalibr, too.
 """
 
 from __future__ import annotations
@@ -52,8 +53,8 @@ def calibrate_accel(
     Parameters
     ----------
     recordings : Recording or sequence of Recording
-        Each starts at rest; the sensor is then laid down in pose after pose, at least nine in all, on all six sides and
-        in between, and rests a second or more in each.
+        Each starts at rest; the sensor is then laid down in pose after pose, at least nine in all,
+        on all six sides and in between, and rests a second or more in each.
     gravity : float, optional
         Gravity where they were made, m/s².
     latitude_deg : float, optional
@@ -73,9 +74,9 @@ def calibrate_accel(
     Raises
     ------
     DataError
-        The recording does not start at rest, there are too few poses or too similar ones (the message says which are
-        missing), the accelerometer is off by a power of two or by whole g, with the likely cause, or a turn between
-        two poses clips or has a gap.
+        The recording does not start at rest, there are too few poses or too similar ones (the
+        message says which are missing), the accelerometer is off by a power of two or by whole g,
+        with the likely cause, or a turn between two poses clips or has a gap.
     ConfigError
         Full scales or gravity make no sense.
 
@@ -85,7 +86,9 @@ def calibrate_accel(
     """
     walks = as_recordings(recordings)
     check_setup(walks, setup)
-    standard = Config(mechanization=Mechanization(gravity=gravity, latitude_deg=latitude_deg)).gravity
+    standard = Config(
+        mechanization=Mechanization(gravity=gravity, latitude_deg=latitude_deg)
+    ).gravity
     rests = [find_rests(recording, initial) for recording in walks]
     found = fit_accel(pooled(rests), standard, ", ".join(recording.name for recording in walks))
     gyro = fit_rotations(walks, rests, found, unpack) or bias_of_rests(pooled(rests))
@@ -118,7 +121,8 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
     Raises
     ------
     DataError
-        There are too few poses or too similar ones, or the accelerometer is off by a power of two or by whole g.
+        There are too few poses or too similar ones, or the accelerometer is off by a power of two
+        or by whole g.
     """
     label = name or "the recording"
     check_range(rests, label)
@@ -169,7 +173,11 @@ def check_range(rests: Rests, label: str) -> None:
     if not len(rests):
         return
     levels = np.linalg.norm(rests.accel, axis=1)
-    problem = mpu6050.explain_rest(float(np.median(levels))) if np.ptp(levels) < 0.2 * np.median(levels) else None
+    problem = (
+        mpu6050.explain_rest(float(np.median(levels)))
+        if np.ptp(levels) < 0.2 * np.median(levels)
+        else None
+    )
     if problem:
         raise DataError(f"{label}: {problem}")
 

@@ -44,9 +44,10 @@ class Fit:
 def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fit:
     """Find the parameters that make residuals small.
 
-    A sum of absolute values tells the outliers, whose weight then falls as Huber's does (scipy's `least_squares`).  The
-    standard deviations that are given are enlarged, all by the same factor, where the residuals turn out larger: by
-    their median, to set the limit of an outlier, and by chi-square in the end.
+    A sum of absolute values tells the outliers, whose weight then falls as Huber's does (scipy's
+    `least_squares`).  The standard deviations that are given are enlarged, all by the same factor,
+    where the residuals turn out larger: by their median, to set the limit of an outlier, and by
+    chi-square in the end.
 
     Parameters
     ----------
@@ -74,7 +75,9 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
     rough = least_squares(standardized, start, method="lm", x_scale="jac")
     absolute = least_squares(standardized, rough.x, loss="soft_l1", x_scale="jac")
     inflation = _inflation(absolute.fun, len(start))
-    found = least_squares(standardized, absolute.x, loss="huber", f_scale=OUTLIER * inflation, x_scale="jac")
+    found = least_squares(
+        standardized, absolute.x, loss="huber", f_scale=OUTLIER * inflation, x_scale="jac"
+    )
     if not (found.success and np.isfinite(found.x).all()):
         raise NumericalError(f"the fit did not converge: {found.message}")
     weight = np.minimum(1.0, OUTLIER * inflation / np.maximum(np.abs(found.fun), 1e-300))

@@ -36,7 +36,11 @@ def read_calibration(path: str | PathLike[str]) -> SensorCalibration:
         case ".yaml" | ".yml":
             calibration = load_kalibr(path).calibration
             if calibration is None:
-                raise ConfigError(f"{path}: holds noise figures, but no scale or misalignment to correct readings with")
+                raise ConfigError(
+                    f"{path}: holds noise figures, but no scale or misalignment to correct readings with"
+                )
             return calibration
         case other:
-            raise ConfigError(f"{path}: unknown suffix {other!r}, expected .toml, .yaml (Kalibr) or .json (imucal)")
+            raise ConfigError(
+                f"{path}: unknown suffix {other!r}, expected .toml, .yaml (Kalibr) or .json (imucal)"
+            )

@@ -44,10 +44,14 @@ def calibrate_gyro(
         check_rest(recording)
     means = np.concatenate([_block_means(recording) for recording in walks])
     # The bias walks, so that blocks far apart differ by more than noise: halves are compared, too.
-    halves = np.abs(means[: len(means) // 2].mean(axis=0) - means[len(means) // 2 :].mean(axis=0)) / 2
+    halves = (
+        np.abs(means[: len(means) // 2].mean(axis=0) - means[len(means) // 2 :].mean(axis=0)) / 2
+    )
     std = np.maximum(means.std(axis=0, ddof=1) / np.sqrt(len(means)), halves)
     gyro = _bias_only(means.mean(axis=0), std, len(means), "bias only: the recording has no turns")
-    return SensorCalibration(device=device, mpu6050=setup, gyro=gyro.replace(**origin(walks, "gyro")))
+    return SensorCalibration(
+        device=device, mpu6050=setup, gyro=gyro.replace(**origin(walks, "gyro"))
+    )
 
 
 def bias_of_rests(rests: Rests) -> Triad:
@@ -61,7 +65,9 @@ def bias_of_rests(rests: Rests) -> Triad:
 
 
 def _bias_only(bias: Floats, std: Floats, observations: int, note: str) -> Triad:
-    return Triad(bias=as_vector(bias), bias_std=as_vector(std), observations=observations, note=note)
+    return Triad(
+        bias=as_vector(bias), bias_std=as_vector(std), observations=observations, note=note
+    )
 
 
 def std_of_bias(rests: Rests) -> Floats:
@@ -74,5 +80,7 @@ def std_of_bias(rests: Rests) -> Floats:
 
 def _block_means(recording: Recording) -> Floats:
     length = max(1, round(BLOCK * recording.rate_hz))
-    means: Floats = recording.gyro[: len(recording) // length * length].reshape(-1, length, 3).mean(axis=1)
+    means: Floats = (
+        recording.gyro[: len(recording) // length * length].reshape(-1, length, 3).mean(axis=1)
+    )
     return means

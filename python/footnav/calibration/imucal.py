@@ -1,7 +1,7 @@
 """Calibrations of imucal: JSON files of a Ferraris or a turntable calibration.
 
-imucal's model is raw = K R truth + b, with another term K_ga f of the gyroscope's; accelerometer in m/s² and gyroscope
-in deg/s.
+imucal's model is raw = K R truth + b, with another term K_ga f of the gyroscope's; accelerometer in
+m/s² and gyroscope in deg/s.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ from footnav.recording import Floats
 from footnav.triad import as_matrix, as_vector
 
 KINDS = ("Ferraris", "Turntable")
-SHAPES = {"K_a": (3, 3), "R_a": (3, 3), "b_a": (3,), "K_g": (3, 3), "R_g": (3, 3), "b_g": (3,), "K_ga": (3, 3)}
+SHAPES = {
+    "K_a": (3, 3),
+    "R_a": (3, 3),
+    "b_a": (3,),
+    "K_g": (3, 3),
+    "R_g": (3, 3),
+    "b_g": (3,),
+    "K_ga": (3, 3),
+}
 
 
 def load_imucal(path: str | PathLike[str]) -> SensorCalibration:
@@ -62,7 +70,9 @@ def load_imucal(path: str | PathLike[str]) -> SensorCalibration:
     if arrays["K_ga"].any():
         largest = float(np.abs(arrays["K_ga"]).max())
         warnings.warn(
-            FootnavWarning(f"{path}: K_ga, up to {largest:.3g} deg/s per m/s^2, is left out: footnav has no such term"),
+            FootnavWarning(
+                f"{path}: K_ga, up to {largest:.3g} deg/s per m/s^2, is left out: footnav has no such term"
+            ),
             stacklevel=2,
         )
     accel = _triad(path, content, arrays, "acc", ACCEL)
@@ -76,12 +86,22 @@ def _array(path: Path, content: Mapping[str, Any], label: str) -> Floats:
     except (TypeError, ValueError):
         values = np.empty(0)
     if values.shape != SHAPES[label] or not np.isfinite(values).all():
-        raise ConfigError(f"{path}: {label} is {content.get(label)!r}; expected numbers of shape {SHAPES[label]}")
+        raise ConfigError(
+            f"{path}: {label} is {content.get(label)!r}; expected numbers of shape {SHAPES[label]}"
+        )
     return values
 
 
-def _triad(path: Path, content: Mapping[str, Any], arrays: dict[str, Floats], sensor: str, quantity: Quantity) -> Triad:
-    read, meant = (_unit(path, content, label, quantity) for label in (f"from_{sensor}_unit", f"{sensor}_unit"))
+def _triad(
+    path: Path,
+    content: Mapping[str, Any],
+    arrays: dict[str, Floats],
+    sensor: str,
+    quantity: Quantity,
+) -> Triad:
+    read, meant = (
+        _unit(path, content, label, quantity) for label in (f"from_{sensor}_unit", f"{sensor}_unit")
+    )
     letter = sensor[0]
     try:
         inverse = np.linalg.inv(arrays[f"K_{letter}"] @ arrays[f"R_{letter}"])

@@ -1,8 +1,9 @@
 """Kalibr's ``imu.yaml``: noise figures, and intrinsics of a scale-misalignment calibration.
 
-Kalibr's model is raw = M f + b of the accelerometer and raw = M C w + A C f + b of the gyroscope, M lower triangular
-and C the rotation from the accelerometer's frame to the gyroscope's; J. Rehder et al., "Extending kalibr: calibrating
-the extrinsics of multiple IMUs and of individual axes", ICRA 2016.  It has no constant bias.
+Kalibr's model is raw = M f + b of the accelerometer and raw = M C w + A C f + b of the gyroscope, M
+lower triangular and C the rotation from the accelerometer's frame to the gyroscope's; J. Rehder et
+al., "Extending kalibr: calibrating the extrinsics of multiple IMUs and of individual axes", ICRA
+2016.  It has no constant bias.
 """
 
 from __future__ import annotations
@@ -141,7 +142,9 @@ def _load(path: Path) -> dict[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not a YAML file: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict) or not isinstance(content.get("imu0", content), dict):
-        raise ConfigError(f"{path}: expected keys such as update_rate: this is not Kalibr's imu.yaml")
+        raise ConfigError(
+            f"{path}: expected keys such as update_rate: this is not Kalibr's imu.yaml"
+        )
     return content
 
 
@@ -162,7 +165,9 @@ def _intrinsics(path: Path, content: Mapping[str, Any]) -> SensorCalibration | N
     if coupling.any():
         largest = float(np.abs(coupling).max())
         warnings.warn(
-            FootnavWarning(f"{path}: gyroscopes.A, up to {largest:.3g} (rad/s)/(m/s^2), is left out: no such term"),
+            FootnavWarning(
+                f"{path}: gyroscopes.A, up to {largest:.3g} (rad/s)/(m/s^2), is left out: no such term"
+            ),
             stacklevel=3,
         )
     note = "Kalibr; the bias is not known"
@@ -183,17 +188,23 @@ def _matrix(path: Path, content: Mapping[str, Any], sensor: str, key: str) -> Fl
     except (TypeError, ValueError):
         matrix = np.empty(0)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise ConfigError(f"{path}: {sensor}.{key} is {value!r}; expected three rows of three numbers")
+        raise ConfigError(
+            f"{path}: {sensor}.{key} is {value!r}; expected three rows of three numbers"
+        )
     return matrix
 
 
 def _kalibr_intrinsics(calibration: SensorCalibration) -> dict[str, Any]:
     accel, gyro = (
-        np.linalg.inv(np.array((triad or Triad()).matrix)) for triad in (calibration.accel, calibration.gyro)
+        np.linalg.inv(np.array((triad or Triad()).matrix))
+        for triad in (calibration.accel, calibration.gyro)
     )
     if np.abs(np.triu(accel, 1)).max() > 1e-9:
-        raise ConfigError("the accelerometer's matrix is not lower triangular, as Kalibr's is; calibrate it from poses")
-    # M C = gyro with C a rotation and M lower triangular with a positive diagonal: the RQ decomposition's mirror image.
+        raise ConfigError(
+            "the accelerometer's matrix is not lower triangular, as Kalibr's is; calibrate it from poses"
+        )
+    # M C = gyro with C a rotation and M lower triangular with a positive diagonal: the RQ
+    # decomposition's mirror image.
     orthogonal, upper = np.linalg.qr(gyro.T)
     signs = np.sign(np.diag(upper))
     return {

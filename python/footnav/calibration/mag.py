@@ -1,9 +1,10 @@
 """The magnetometer: iron on the device moves and deforms the sphere of its readings to an ellipsoid.
 
-Away from other iron the field has one strength whichever way the sensor points.  Hard iron is the centre of the
-ellipsoid, soft iron and scale are its axes; see V. Renaudin, M. H. Afzal, G. Lachapelle, "Complete triaxis magnetometer
-calibration in the magnetic domain", J. Sensors 2010, eqs. 10-20.  The ellipsoid cannot tell how the corrected axes are
-turned against the accelerometer's: the matrix is the symmetric one, which turns them least.
+Away from other iron the field has one strength whichever way the sensor points.  Hard iron is the
+centre of the ellipsoid, soft iron and scale are its axes; see V. Renaudin, M. H. Afzal, G.
+Lachapelle, "Complete triaxis magnetometer calibration in the magnetic domain", J. Sensors 2010,
+eqs. 10-20.  The ellipsoid cannot tell how the corrected axes are turned against the
+accelerometer's: the matrix is the symmetric one, which turns them least.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ def calibrate_mag(
     recordings : Recording or sequence of Recording
         With magnetometer; every axis has to point every way, up and down, too.
     field : float, optional
-        Strength of the field where they were made, T; the mean of the readings unless given, which is all that a
-        heading needs.
+        Strength of the field where they were made, T; the mean of the readings unless given, which
+        is all that a heading needs.
     device : str
         What the device is called.
 
@@ -65,7 +66,9 @@ def calibrate_mag(
 
     def excess(parameters: Floats) -> Floats:
         matrix, bias = _unpack(parameters)
-        misses: Floats = np.linalg.norm((readings / radius - bias) @ matrix, axis=1) - strength / radius
+        misses: Floats = (
+            np.linalg.norm((readings / radius - bias) @ matrix, axis=1) - strength / radius
+        )
         return misses
 
     start = np.concatenate([np.eye(3)[UPPER] * strength / radius, centre / radius])
@@ -103,7 +106,9 @@ def _sphere(readings: Floats, label: str) -> tuple[Floats, float]:
     solution = np.linalg.lstsq(design, np.square(readings / scale).sum(axis=1), rcond=None)[0]
     centre, square = solution[:3], solution[3] + solution[:3] @ solution[:3]
     if not square > 0:
-        raise DataError(f"{label}: the readings of the magnetometer lie on no sphere; turn the sensor all around")
+        raise DataError(
+            f"{label}: the readings of the magnetometer lie on no sphere; turn the sensor all around"
+        )
     _check_cover(readings / scale - centre, 1.0, label)
     return centre * scale, float(np.sqrt(square)) * scale
 

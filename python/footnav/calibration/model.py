@@ -40,9 +40,11 @@ class TemperatureModel(Section, frozen=True, kw_only=True):
     margin : float
         How far beyond them the model is still applied, K.
     bias : tuple of rows
-        Coefficients of the change of the bias, the linear one first, per axis, unit of the sensor/K^k.
+        Coefficients of the change of the bias, the linear one first, per axis, unit of the
+        sensor/K^k.
     scale : tuple of rows
-        Coefficients of the relative change of what the sensor reads for the same input, per axis, 1/K^k.
+        Coefficients of the relative change of what the sensor reads for the same input, per axis,
+        1/K^k.
     bias_std, scale_std : tuple of rows
         Their standard deviations.
     residual : float
@@ -76,7 +78,8 @@ class Triad(Section, frozen=True, kw_only=True):
     residual : float, optional
         Root mean square of what the correction leaves, u; of a gyroscope's rotations rad.
     condition : float, optional
-        Condition number of the estimate, columns scaled to length one: how nearly two errors look alike in the data.
+        Condition number of the estimate, columns scaled to length one: how nearly two errors look
+        alike in the data.
     observations : int
         Number of rests, rotations or samples that the estimate is based on.
     range : float, optional
@@ -128,12 +131,15 @@ class Triad(Section, frozen=True, kw_only=True):
 
     def at(self, temperature: float | None) -> Triad:
         """Return the correction at one temperature (degrees Celsius), which follows the temperature no more."""
-        fixed = msgspec.json.decode(_core.calibration_at(self._json(), temperature), type=_Correction)
+        fixed = msgspec.json.decode(
+            _core.calibration_at(self._json(), temperature), type=_Correction
+        )
         return self.replace(matrix=fixed.matrix, bias=fixed.bias, thermal=None)
 
     def _json(self) -> bytes:
         thermal = self.thermal and {
-            key: getattr(self.thermal, key) for key in ("reference", "lowest", "highest", "margin", "bias", "scale")
+            key: getattr(self.thermal, key)
+            for key in ("reference", "lowest", "highest", "margin", "bias", "scale")
         }
         return encode({"matrix": self.matrix, "bias": self.bias, "thermal": thermal})
 
@@ -185,7 +191,9 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         found = {label: getattr(self, label) for label in SENSORS}
         return {label: triad for label, triad in found.items() if triad is not None}
 
-    def apply(self, recording: Recording, *, device: str | None = None, temperature: float | None = None) -> Recording:
+    def apply(
+        self, recording: Recording, *, device: str | None = None, temperature: float | None = None
+    ) -> Recording:
         """Correct a recording.
 
         Parameters
@@ -200,8 +208,8 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         Returns
         -------
         Recording
-            The same samples, corrected.  Its full scales are those of the least sensitive axis, so that samples that
-            the sensor clipped still stand at or above them.
+            The same samples, corrected.  Its full scales are those of the least sensitive axis, so
+            that samples that the sensor clipped still stand at or above them.
 
         Raises
         ------
@@ -220,14 +228,18 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
                 if raw is not None:
                     changes[label] = triad.correct(raw, celsius)
         except DataError as error:
-            raise DataError(f"{recording.name or 'the recording'}: {SENSORS[label]}: {error}") from None
+            raise DataError(
+                f"{recording.name or 'the recording'}: {SENSORS[label]}: {error}"
+            ) from None
         return dataclasses.replace(recording, **changes)
 
     def check(self, recording: Recording, device: str | None = None) -> None:
         """Raise ConfigError if the calibration is for another device or another full scale than a recording's."""
         name = recording.name or "the recording"
         if device and self.device and device != self.device:
-            raise ConfigError(f"{name} is of device {device!r}, but the calibration is of {self.device!r}")
+            raise ConfigError(
+                f"{name} is of device {device!r}, but the calibration is of {self.device!r}"
+            )
         for label, triad in self.triads().items():
             full_scale: float | None = getattr(recording, f"{label}_range", None)
             if full_scale and triad.range and abs(full_scale / triad.range - 1) > RANGE_TOLERANCE:
@@ -257,14 +269,18 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         """
         accel, gyro = ((triad or Triad()).at(temperature) for triad in (self.accel, self.gyro))
         return Calibration(
-            accel_matrix=accel.matrix, accel_bias=accel.bias, gyro_matrix=gyro.matrix, gyro_bias=gyro.bias
+            accel_matrix=accel.matrix,
+            accel_bias=accel.bias,
+            gyro_matrix=gyro.matrix,
+            gyro_bias=gyro.bias,
         )
 
     def update(self, newer: SensorCalibration) -> SensorCalibration:
         """Return this calibration with the sensors of a newer one of the same device in place of its own.
 
-        Where the newer one measured the gyroscope's bias only, scale and misalignment stay.  What the temperature does
-        has to be measured again: its polynomials start at the matrix and the bias that are replaced.
+        Where the newer one measured the gyroscope's bias only, scale and misalignment stay.  What
+        the temperature does has to be measured again: its polynomials start at the matrix and the
+        bias that are replaced.
 
         Raises
         ------
@@ -274,8 +290,13 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         for label in ("device", "mpu6050"):
             old, new = getattr(self, label), getattr(newer, label)
             if old and new and old != new:
-                raise ConfigError(f"the existing calibration has {label} {old!r}, the new one {new!r}; keep two files")
-        changes = {label: _merged(label, getattr(self, label), triad) for label, triad in newer.triads().items()}
+                raise ConfigError(
+                    f"the existing calibration has {label} {old!r}, the new one {new!r}; keep two files"
+                )
+        changes = {
+            label: _merged(label, getattr(self, label), triad)
+            for label, triad in newer.triads().items()
+        }
         return self.replace(
             device=newer.device or self.device,
             gravity=newer.gravity or self.gravity,

@@ -2,9 +2,9 @@
 
 References
 ----------
-InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, rev. 4.2, 2013: registers 13 to 16
-(self-test).
-InvenSense, "MPU-6000 and MPU-6050 Product Specification", PS-MPU-6000A-00, rev. 3.4, 2013: sections 6.1 and 6.2.
+InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, rev. 4.2, 2013:
+registers 13 to 16 (self-test). InvenSense, "MPU-6000 and MPU-6050 Product Specification",
+PS-MPU-6000A-00, rev. 3.4, 2013: sections 6.1 and 6.2.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ class SelfTest:
     @property
     def passed(self) -> bool:
         """Whether every axis lies within 14 % of the factory's response."""
-        return all(abs(change) <= CHANGE_LIMIT for change in (*self.accel_change, *self.gyro_change))
+        return all(
+            abs(change) <= CHANGE_LIMIT for change in (*self.accel_change, *self.gyro_change)
+        )
 
     def __str__(self) -> str:
         """Return one line an axis, and the verdict."""
@@ -51,10 +53,15 @@ class SelfTest:
             f"{sensor}_{axis}: {100 * change:+.1f} % from the factory's {trim:.0f} counts"
             for sensor in ("accel", "gyro")
             for axis, change, trim in zip(
-                "xyz", getattr(self, f"{sensor}_change"), getattr(self, f"{sensor}_trim"), strict=True
+                "xyz",
+                getattr(self, f"{sensor}_change"),
+                getattr(self, f"{sensor}_trim"),
+                strict=True,
             )
         ]
-        return "\n".join([*lines, f"self-test {'passed' if self.passed else 'failed'}: within +-14 % is sound"])
+        return "\n".join(
+            [*lines, f"self-test {'passed' if self.passed else 'failed'}: within +-14 % is sound"]
+        )
 
 
 def factory_trim(registers: Sequence[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -76,17 +83,27 @@ def factory_trim(registers: Sequence[int]) -> tuple[tuple[float, ...], tuple[flo
         These are not four bytes.
     """
     if len(registers) != 4 or any(not 0 <= value <= 255 for value in registers):
-        raise ConfigError(f"self-test registers are {list(registers)}; expected the four bytes of registers 13 to 16")
+        raise ConfigError(
+            f"self-test registers are {list(registers)}; expected the four bytes of registers 13 to 16"
+        )
     *axes, shared = registers
-    accel = ((value >> 5) << 2 | shared >> shift & 3 for value, shift in zip(axes, (4, 2, 0), strict=True))
+    accel = (
+        (value >> 5) << 2 | shared >> shift & 3
+        for value, shift in zip(axes, (4, 2, 0), strict=True)
+    )
     gyro = (value & 31 for value in axes)
     return (
         tuple(4096 * 0.34 * (0.92 / 0.34) ** ((n - 1) / 30) if n else 0.0 for n in accel),
-        tuple(sign * 25 * 131 * 1.046 ** (n - 1) if n else 0.0 for sign, n in zip((1, -1, 1), gyro, strict=True)),
+        tuple(
+            sign * 25 * 131 * 1.046 ** (n - 1) if n else 0.0
+            for sign, n in zip((1, -1, 1), gyro, strict=True)
+        ),
     )
 
 
-def self_test(registers: Sequence[int], accel_response: ArrayLike, gyro_response: ArrayLike) -> SelfTest:
+def self_test(
+    registers: Sequence[int], accel_response: ArrayLike, gyro_response: ArrayLike
+) -> SelfTest:
     """Compare the self-test response with the factory's.
 
     Parameters
@@ -106,7 +123,12 @@ def self_test(registers: Sequence[int], accel_response: ArrayLike, gyro_response
         The registers are not four bytes.
     """
     accel_trim, gyro_trim = factory_trim(registers)
-    return SelfTest(accel_trim, gyro_trim, _change(accel_response, accel_trim), _change(gyro_response, gyro_trim))
+    return SelfTest(
+        accel_trim,
+        gyro_trim,
+        _change(accel_response, accel_trim),
+        _change(gyro_response, gyro_trim),
+    )
 
 
 def explain_rest(magnitude: float) -> str | None:
@@ -161,4 +183,7 @@ def explain_bias(bias: Sequence[float]) -> str | None:
 def _change(response: ArrayLike, trim: tuple[float, ...]) -> tuple[float, ...]:
     """Return the relative change of a response from the factory's."""
     measured = to_floats("self-test response", response).tolist()
-    return tuple(value / factory - 1 if factory else math.nan for value, factory in zip(measured, trim, strict=True))
+    return tuple(
+        value / factory - 1 if factory else math.nan
+        for value, factory in zip(measured, trim, strict=True)
+    )

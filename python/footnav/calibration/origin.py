@@ -48,7 +48,9 @@ def origin(recordings: Sequence[Recording], sensor: str) -> dict[str, Any]:
     ConfigError
         The recordings were made at different full scales.
     """
-    celsius = [float(each.temperature.mean()) for each in recordings if each.temperature is not None]
+    celsius = [
+        float(each.temperature.mean()) for each in recordings if each.temperature is not None
+    ]
     return {
         "range": _common_range(recordings, f"{sensor}_range"),
         "temperature": float(np.mean(celsius)) if celsius else None,
@@ -60,11 +62,16 @@ def check_setup(recordings: Sequence[Recording], setup: Setup | None) -> None:
     """Raise ConfigError if recordings were made at other full scales than the registers of the chip say."""
     if setup is None:
         return
-    expected = {"accel_range": setup.accel_range_g * STANDARD_GRAVITY, "gyro_range": np.radians(setup.gyro_range_deg_s)}
+    expected = {
+        "accel_range": setup.accel_range_g * STANDARD_GRAVITY,
+        "gyro_range": np.radians(setup.gyro_range_deg_s),
+    }
     for label, full_scale in expected.items():
         found = _common_range(recordings, label)
         if found is not None and abs(found / full_scale - 1) > RANGE_TOLERANCE:
-            raise ConfigError(f"{label} of the recording is {found:.4g}, that of the given registers {full_scale:.4g}")
+            raise ConfigError(
+                f"{label} of the recording is {found:.4g}, that of the given registers {full_scale:.4g}"
+            )
 
 
 def _common_range(recordings: Sequence[Recording], label: str) -> float | None:

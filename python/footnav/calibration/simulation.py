@@ -43,14 +43,16 @@ def simulate_poses(
     Parameters
     ----------
     poses : array_like, shape (k, 3)
-        Up in the axes of the sensor, of any length: (0, 0, 1) lies flat.  Each pose has a heading of its own.
+        Up in the axes of the sensor, of any length: (0, 0, 1) lies flat.  Each pose has a heading
+        of its own.
     sensor : SensorErrors or str
-        What the sensor gets wrong; a string names a preset.  The same seed and errors are the same sensor as in
-        `footnav.simulate`.
+        What the sensor gets wrong; a string names a preset.  The same seed and errors are the same
+        sensor as in `footnav.simulate`.
     seed : int
         The same seed gives the same recording.
     turns : sequence of array_like, shape (3,)
-        Rotation vectors in the axes of the sensor, rad, to be turned by in the last pose, with rests between.
+        Rotation vectors in the axes of the sensor, rad, to be turned by in the last pose, with
+        rests between.
     rate_hz : float
         Samples per second.
     initial, rest, move : float
@@ -71,7 +73,12 @@ def simulate_poses(
     from scipy.spatial.transform import Rotation
 
     up = _directions(poses)
-    for label, value in {"rate_hz": rate_hz, "initial": initial, "rest": rest, "move": move}.items():
+    for label, value in {
+        "rate_hz": rate_hz,
+        "initial": initial,
+        "rest": rest,
+        "move": move,
+    }.items():
         if not (np.isfinite(value) and value > 0):
             raise ConfigError(f"{label} is {value}; expected a positive number")
     errors = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
@@ -82,7 +89,8 @@ def simulate_poses(
     steps = np.vstack([*moves, *turns]) if moves or turns else np.zeros((0, 3))
 
     stamps = np.arange(round(rate_hz * (initial + len(steps) * (move + rest)))) / rate_hz
-    # Half steps lie between, so that Simpson's rule can average the specific force over each interval.
+    # Half steps lie between, so that Simpson's rule can average the specific force over each
+    # interval.
     fine = (np.arange(2 * len(stamps) + 1) / 2 - 1.0) / rate_hz
     motion = _motion(fine, attitudes[0], steps, initial, rest, move)
     weight = Config().gravity if gravity is None else gravity
@@ -103,10 +111,14 @@ def simulate_poses(
 def _directions(poses: ArrayLike) -> Floats:
     directions = np.asarray(poses, dtype=np.float64)
     if directions.ndim != 2 or directions.shape[1] != 3 or not len(directions):
-        raise ConfigError(f"poses have shape {directions.shape}; expected (k, 3), up in the axes of the sensor")
+        raise ConfigError(
+            f"poses have shape {directions.shape}; expected (k, 3), up in the axes of the sensor"
+        )
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     if not (np.isfinite(lengths).all() and lengths.all()):
-        raise ConfigError(f"pose {int(np.argmin(lengths))} points nowhere; expected up in the axes of the sensor")
+        raise ConfigError(
+            f"pose {int(np.argmin(lengths))} points nowhere; expected up in the axes of the sensor"
+        )
     units: Floats = directions / lengths
     return units
 
@@ -118,17 +130,23 @@ def _level(up: Floats) -> Rotation:
     return Rotation.align_vectors([[0.0, 0.0, 1.0]], up[None])[0]
 
 
-def _motion(fine: Floats, start: Rotation, steps: Floats, initial: float, rest: float, move: float) -> Rotation:
+def _motion(
+    fine: Floats, start: Rotation, steps: Floats, initial: float, rest: float, move: float
+) -> Rotation:
     """Return the attitude at each time: smooth moves by the rotation vectors `steps` with rests between."""
     from scipy.spatial.transform import Rotation
 
     reached = [start]
     for step in steps:
         reached.append(reached[-1] * Rotation.from_rotvec(step))
-    which = np.clip(np.floor((fine - initial) / (move + rest)).astype(int), 0, max(len(steps) - 1, 0))
+    which = np.clip(
+        np.floor((fine - initial) / (move + rest)).astype(int), 0, max(len(steps) - 1, 0)
+    )
     if not len(steps):
         return Rotation.concatenate([start] * len(fine))
     share = np.clip((fine - initial - which * (move + rest)) / move, 0.0, 1.0)
     # Rate and its change vanish at both ends.
     smooth = share**3 * (10 - 15 * share + 6 * share**2)
-    return Rotation.concatenate(reached)[which] * Rotation.from_rotvec(smooth[:, None] * steps[which])
+    return Rotation.concatenate(reached)[which] * Rotation.from_rotvec(
+        smooth[:, None] * steps[which]
+    )

@@ -1,9 +1,10 @@
 """A sensor that sits square in a box: six sides for the accelerometer, three known turns for the gyroscope.
 
-Where the sides of the box tell the directions, the errors follow from linear equations: F. Ferraris, U. Grimaldi,
-M. Parvis, "Procedure for effortless in-field calibration of three-axial rate gyro and accelerometers", Sensors and
-Materials 7(5), 1995.  The corrected axes are those of the box.  How square it is limits the misalignment: a side that
-is off by a degree is a misalignment of a degree.
+Where the sides of the box tell the directions, the errors follow from linear equations: F.
+Ferraris, U. Grimaldi, M. Parvis, "Procedure for effortless in-field calibration of three-axial rate
+gyro and accelerometers", Sensors and Materials 7(5), 1995.  The corrected axes are those of the
+box.  How square it is limits the misalignment: a side that is off by a degree is a misalignment of
+a degree.
 """
 
 from __future__ import annotations
@@ -45,12 +46,13 @@ def calibrate_six_position(
     Parameters
     ----------
     recordings : Recording or sequence of Recording
-        Each starts at rest; together they have a rest on each side, and may have turns about each axis, either way,
-        with a rest before and after.
+        Each starts at rest; together they have a rest on each side, and may have turns about each
+        axis, either way, with a rest before and after.
     turn : float
         Angle of the turns, rad; a full turn unless given.
     gravity, latitude_deg : float, optional
-        Gravity in m/s², or the latitude in degrees to take it from; that of 45 degrees unless one is given.
+        Gravity in m/s², or the latitude in degrees to take it from; that of 45 degrees unless one
+        is given.
     initial : float
         Length of the rest at the start, s, from which the limits of rest are taken.
     device : str
@@ -66,16 +68,20 @@ def calibrate_six_position(
     Raises
     ------
     DataError
-        The recording does not start at rest, a side is missing, the accelerometer is off by a power of two or by
-        whole g, or a turn clips or has a gap.
+        The recording does not start at rest, a side is missing, the accelerometer is off by a power
+        of two or by whole g, or a turn clips or has a gap.
     ConfigError
         Full scales or gravity make no sense.
     """
     walks = as_recordings(recordings)
     check_setup(walks, setup)
-    standard = Config(mechanization=Mechanization(gravity=gravity, latitude_deg=latitude_deg)).gravity
+    standard = Config(
+        mechanization=Mechanization(gravity=gravity, latitude_deg=latitude_deg)
+    ).gravity
     rests = [find_rests(recording, initial) for recording in walks]
-    accel = _accel(pooled(rests), standard, ", ".join(recording.name for recording in walks) or "the recording")
+    accel = _accel(
+        pooled(rests), standard, ", ".join(recording.name for recording in walks) or "the recording"
+    )
     gyro = _gyro(walks, rests, turn) or bias_of_rests(pooled(rests)).replace(
         note=f"bias only: turns of {np.degrees(turn):.0f} deg about each axis, with rests between, were not found"
     )
@@ -103,7 +109,8 @@ def _accel(rests: Rests, gravity: float, label: str) -> Triad:
         raise DataError(f"{label}: {problem}")
     left = means - design @ np.vstack([inverse, bias])
     residual = float(np.sqrt(np.square(left).mean()))
-    # Six equations and four parameters an axis leave two to tell how square the box and how quiet the table were.
+    # Six equations and four parameters an axis leave two to tell how square the box and how quiet
+    # the table were.
     std = max(residual * np.sqrt(6 / 2), float(rests.accel_std.max()))
     spread = np.sqrt(np.diag(np.linalg.inv(design.T @ design))) * std
     return Triad(
@@ -123,7 +130,9 @@ def _gyro(recordings: Sequence[Recording], rests: Sequence[Rests], turn: float) 
     for recording, each in zip(recordings, rests, strict=True):
         angles = [turn_angles(recording, each, k).sum(axis=0) for k in range(len(each) - 1)]
         read += [angle for angle in angles if abs(np.abs(angle).max() / turn - 1) < TURN_TOLERANCE]
-    known = np.array([turn * np.sign(angle) * (np.abs(angle) == np.abs(angle).max()) for angle in read]).reshape(-1, 3)
+    known = np.array(
+        [turn * np.sign(angle) * (np.abs(angle) == np.abs(angle).max()) for angle in read]
+    ).reshape(-1, 3)
     if not np.abs(known).sum(axis=0).all():
         return None
     matrix, *_ = np.linalg.lstsq(np.array(read), known, rcond=None)

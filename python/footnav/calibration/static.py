@@ -1,8 +1,9 @@
 """Where a recording is at rest.
 
-The detector is that of Tedaldi et al. 2014, section V-A: the variance over a sliding window, against a multiple of what
-it is in the rest at the start.  Here the gyroscope has to agree, and the multiple is fixed: choosing the one that
-leaves the smallest residual, as the paper does, rewards multiples that leave few rests.
+The detector is that of Tedaldi et al. 2014, section V-A: the variance over a sliding window,
+against a multiple of what it is in the rest at the start.  Here the gyroscope has to agree, and the
+multiple is fixed: choosing the one that leaves the smallest residual, as the paper does, rewards
+multiples that leave few rests.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ BLOCK = 0.25
 LIMITS = {"accel": (0.15, 0.10), "gyro": (0.03, 0.01)}
 """What a rest may show at most, m/s² and rad/s: standard deviation, and change of the mean over `WINDOW`.
 
-The noisiest sensors on sale stay below the first; a hand, however steady, does not stay below the second.
+The noisiest sensors on sale stay below the first; a hand, however steady, does not stay below the
+second.
 """
 
 UNITS = {"accel": "m/s^2", "gyro": "rad/s"}
@@ -108,18 +110,22 @@ def check_rest(recording: Recording, start: int = 0, stop: int | None = None) ->
     recording : Recording
         The recording.
     start, stop : int
-        First sample of the stretch, and the one after its last; the end of the recording unless given.
+        First sample of the stretch, and the one after its last; the end of the recording unless
+        given.
 
     Raises
     ------
     DataError
-        An axis scatters or drifts too much; the message names it, the time, the value and the limit.
+        An axis scatters or drifts too much; the message names it, the time, the value and the
+        limit.
     """
     stop = len(recording) if stop is None else stop
     name = recording.name or "the recording"
     length = max(3, round(WINDOW * recording.rate_hz))
     if stop - start < 2 * length:
-        raise DataError(f"{name}: {stop - start} samples of rest are too few; {2 * length}, a second, are needed")
+        raise DataError(
+            f"{name}: {stop - start} samples of rest are too few; {2 * length}, a second, are needed"
+        )
     for label, (noise, drift) in LIMITS.items():
         blocks = _blocks(getattr(recording, label)[start:stop], length)
         scatter = blocks.std(axis=1)
@@ -155,7 +161,9 @@ def _describe(recording: Recording, start: NDArray[np.intp], stop: NDArray[np.in
         gyro=_means(recording.gyro, pieces),
         accel_std=_std_of_means(recording, recording.accel, pieces),
         gyro_std=_std_of_means(recording, recording.gyro, pieces),
-        temperature=None if celsius is None else np.array([celsius[piece].mean() for piece in pieces]),
+        temperature=None
+        if celsius is None
+        else np.array([celsius[piece].mean() for piece in pieces]),
     )
 
 
@@ -170,7 +178,9 @@ def _std_of_means(recording: Recording, samples: Floats, pieces: list[slice]) ->
     spare = sum(len(block) - 1 for block in blocks)
     if spare < 1:
         return np.zeros(len(pieces))
-    variance = sum(float(np.square(block - block.mean(axis=0)).sum()) for block in blocks) / (3 * spare)
+    variance = sum(float(np.square(block - block.mean(axis=0)).sum()) for block in blocks) / (
+        3 * spare
+    )
     return np.sqrt(variance / np.array([len(block) for block in blocks]))
 
 

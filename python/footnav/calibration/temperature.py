@@ -1,7 +1,8 @@
 """Bias and scale over the temperature of the die.
 
-The sensor lies still while it warms up or cools down.  What the gyroscope reads is its bias.  What the accelerometer
-reads changes by its bias and, where gravity pulls, by its scale: one pose cannot tell the two apart, opposite ones can.
+The sensor lies still while it warms up or cools down.  What the gyroscope reads is its bias.  What
+the accelerometer reads changes by its bias and, where gravity pulls, by its scale: one pose cannot
+tell the two apart, opposite ones can.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ def calibrate_temperature(
     recordings : Recording or sequence of Recording
         With temperature; each rest in them is taken for one pose.
     base : SensorCalibration, optional
-        Calibration to add to; the accelerometer's matrix and bias stay, and hold where they were measured.
+        Calibration to add to; the accelerometer's matrix and bias stay, and hold where they were
+        measured.
     order : int
         Order of the polynomials, 1 to 3.
     device : str
@@ -78,13 +80,18 @@ def calibrate_temperature(
             f"the temperature goes from {means.temperature.min():.1f} to {means.temperature.max():.1f} degC only; "
             f"{LEAST_SPAN:g} K are needed: start with a cold sensor, and record until it is warm"
         )
-    old_accel, old_gyro = base.accel or Triad(**origin(walks, "accel")), base.gyro or Triad(**origin(walks, "gyro"))
+    old_accel, old_gyro = (
+        base.accel or Triad(**origin(walks, "accel")),
+        base.gyro or Triad(**origin(walks, "gyro")),
+    )
     middle = float(means.temperature.mean())
     reference = middle if old_accel.temperature is None else old_accel.temperature
     accel = old_accel.replace(thermal=_accel(means, old_accel, order, reference))
     bias, std, model = _gyro(means, order, middle)
     gyro = old_gyro.replace(bias=bias, bias_std=std, temperature=middle, thermal=model)
-    return base.replace(device=base.device or device, accel=accel.replace(temperature=reference), gyro=gyro)
+    return base.replace(
+        device=base.device or device, accel=accel.replace(temperature=reference), gyro=gyro
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +119,9 @@ def _means(recordings: Sequence[Recording]) -> _Means:
     poses = 0
     for recording in recordings:
         if recording.temperature is None:
-            raise DataError(f"{recording.name or 'the recording'} has no temperature; record that of the sensor's die")
+            raise DataError(
+                f"{recording.name or 'the recording'} has no temperature; record that of the sensor's die"
+            )
         rests = find_rests(recording)
         samples = np.column_stack([recording.accel, recording.gyro, recording.temperature])
         length = max(1, round(BLOCK * recording.rate_hz))
@@ -122,7 +131,9 @@ def _means(recordings: Sequence[Recording]) -> _Means:
             columns.append(np.column_stack([blocks, np.full(count, float(poses))]))
             poses += bool(count)
     if not poses:
-        raise DataError(f"there is no rest of {BLOCK:g} s or more; lay the sensor down and do not touch it")
+        raise DataError(
+            f"there is no rest of {BLOCK:g} s or more; lay the sensor down and do not touch it"
+        )
     table = np.concatenate(columns)
     return _Means(accel=table[:, :3], gyro=table[:, 3:6], temperature=table[:, 6], pose=table[:, 7])
 
@@ -134,7 +145,11 @@ def _gyro(
     powers = _powers(means.temperature - reference, order)
     values, std, residual = _solve(np.column_stack([np.ones(len(powers)), powers]), means.gyro)
     model = TemperatureModel(
-        reference=reference, bias=_rows(values[1:]), bias_std=_rows(std[1:]), residual=residual, **_span(means)
+        reference=reference,
+        bias=_rows(values[1:]),
+        bias_std=_rows(std[1:]),
+        residual=residual,
+        **_span(means),
     )
     return as_vector(values[0]), as_vector(std[0]), model
 

@@ -1,9 +1,9 @@
 """Scale and misalignment of the gyroscope, from the turns between poses.
 
-Between two rests the gyroscope says how the sensor turned, and the calibrated accelerometer says which way was up
-before and after: the second stage of Tedaldi, Pretto, Menegatti 2014, eqs. 13-17.  The bias of a turn is the mean of
-the two rests around it, where the paper takes that of the rest at the start: it follows what drifts, and half of what
-gravity does to the gyroscope.
+Between two rests the gyroscope says how the sensor turned, and the calibrated accelerometer says
+which way was up before and after: the second stage of Tedaldi, Pretto, Menegatti 2014, eqs. 13-17.
+The bias of a turn is the mean of the two rests around it, where the paper takes that of the rest at
+the start: it follows what drifts, and half of what gravity does to the gyroscope.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def fit_rotations(
 ) -> Triad | None:
     """Find scale and misalignment of the gyroscope from the turns between rests (Tedaldi et al., eq. 17).
 
-    The parameters of the accelerometer take part, held by what their own fit found, so that its uncertainty goes over
-    into the gyroscope's.
+    The parameters of the accelerometer take part, held by what their own fit found, so that its
+    uncertainty goes over into the gyroscope's.
 
     Parameters
     ----------
@@ -64,12 +64,15 @@ def fit_rotations(
     Returns
     -------
     Triad or None
-        Corrects rates to the frame of the corrected accelerometer; None where the turns do not tell all nine elements.
+        Corrects rates to the frame of the corrected accelerometer; None where the turns do not tell
+        all nine elements.
     """
     turns = _turns(recordings, rests)
     if turns is None:
         return None
-    hold = np.linalg.pinv(np.linalg.cholesky(accel.covariance + 1e-24 * np.eye(len(accel.parameters))))
+    hold = np.linalg.pinv(
+        np.linalg.cholesky(accel.covariance + 1e-24 * np.eye(len(accel.parameters)))
+    )
     across = _across(_up(turns.after, *unpack(accel.parameters)))
 
     # Half of the differences that a Jacobian needs leave the gyroscope's matrix as it was.
@@ -81,7 +84,9 @@ def fit_rotations(
         held = parameters[9:]
         before, after = (_up(rest, *unpack(held)) for rest in (turns.before, turns.after))
         miss = np.einsum("kji,kj->ki", rotations(parameters[:9].tobytes()), before) - after
-        return np.concatenate([(miss[:, None, :] @ across).ravel(), hold @ (held - accel.parameters)])
+        return np.concatenate(
+            [(miss[:, None, :] @ across).ravel(), hold @ (held - accel.parameters)]
+        )
 
     start = np.concatenate([np.eye(3).ravel(), accel.parameters])
     std = np.concatenate([np.repeat(turns.std, 2), np.ones(len(accel.parameters))])
@@ -179,7 +184,9 @@ def _std_of_turn(recording: Recording, rests: Rests, k: int) -> float:
     """Return how far the directions of up may miss each other by noise, rad: of both rests, and of the bias."""
     two = slice(k, k + 2)
     tilt = rests.accel_std[two] / np.linalg.norm(rests.accel[two], axis=1)
-    drift = rests.gyro_std[two] / 2 * (recording.t[rests.start[k + 1]] - recording.t[rests.stop[k] - 1])
+    drift = (
+        rests.gyro_std[two] / 2 * (recording.t[rests.start[k + 1]] - recording.t[rests.stop[k] - 1])
+    )
     return float(np.sqrt(np.square(tilt).sum() + np.square(drift).sum())) + 1e-9
 
 
@@ -193,8 +200,8 @@ def _up(readings: Floats, matrix: Floats, bias: Floats) -> Floats:
 def _with_coning(angles: Floats) -> Floats:
     """Return rotation vectors of the samples: a twelfth of the product with the one before makes up for coning.
 
-    This is the two-sample form; see P. G. Savage, "Strapdown inertial navigation integration algorithm design, part 1",
-    J. Guidance 21(1), 1998, eqs. 32-34.
+    This is the two-sample form; see P. G. Savage, "Strapdown inertial navigation integration
+    algorithm design, part 1", J. Guidance 21(1), 1998, eqs. 32-34.
     """
     rotation: Floats = angles.copy()
     rotation[:, 1:] += np.cross(angles[:, :-1], angles[:, 1:]) / 12.0

@@ -1,18 +1,19 @@
 """The clock of a cheap sensor or board, disciplined by that of the host.
 
-The resonator of an Arduino is off by up to half a percent and the oscillator of an MPU6050 by more; a strapdown squares
-that into the distance.  The host's clock is good to some parts in a million, but what comes over USB or I2C is seen
-milliseconds late, and not evenly so.  The rate of one against the other is therefore estimated over the whole capture,
-by the two-state Kalman filter of clocks: the state is the host's time at the newest sample and the rate, the rate
-walks at random, and the noise of a reading is how late it may be.
+The resonator of an Arduino is off by up to half a percent and the oscillator of an MPU6050 by more;
+a strapdown squares that into the distance.  The host's clock is good to some parts in a million,
+but what comes over USB or I2C is seen milliseconds late, and not evenly so.  The rate of one
+against the other is therefore estimated over the whole capture, by the two-state Kalman filter of
+clocks: the state is the host's time at the newest sample and the rate, the rate walks at random,
+and the noise of a reading is how late it may be.
 
-Only the rate enters the stamps, never the phase: an early reading or a late one must not stretch the interval
-between two samples, which is all that navigation sees of time.
+Only the rate enters the stamps, never the phase: an early reading or a late one must not stretch
+the interval between two samples, which is all that navigation sees of time.
 
 References
 ----------
-L. Galleani, P. Tavella, "Time and the Kalman filter", IEEE Control Systems Magazine 30(2), 2010: the two-state model
-and its process noise, without the white noise of frequency.
+L. Galleani, P. Tavella, "Time and the Kalman filter", IEEE Control Systems Magazine 30(2), 2010:
+the two-state model and its process noise, without the white noise of frequency.
 """
 
 from footnav.recording import Floats
@@ -81,7 +82,8 @@ class HostedClock:
         host : float
             Time of the host, s, when it learnt of the last of them.
         interval : float
-            Time between two samples, s, the least by which the first one comes after the last one before.
+            Time between two samples, s, the least by which the first one comes after the last one
+            before.
 
         Returns
         -------
@@ -104,7 +106,9 @@ class HostedClock:
     def _predict(self, elapsed: float) -> None:
         walk = _RATE_WALK**2 * elapsed
         self._phase += self.rate * elapsed
-        self._phase_variance += elapsed * (2 * self._covariance + elapsed * (self._rate_variance + walk / 3))
+        self._phase_variance += elapsed * (
+            2 * self._covariance + elapsed * (self._rate_variance + walk / 3)
+        )
         self._covariance += elapsed * (self._rate_variance + walk / 2)
         self._rate_variance += walk
 

@@ -1,9 +1,10 @@
 """Leads a person through the poses of a calibration, by the samples alone.
 
-First the sensor lies untouched, which shows its noise and the bias of its gyroscope.  Then each of its six sides is
-turned up, in any order, and then it is leant at angles that are all different: what Tedaldi, Pretto and Menegatti 2014
-("A robust and easy to implement method for IMU calibration without external equipments", ICRA) ask for.  Everything in
-between is recorded, too, because the turns calibrate the gyroscope.
+First the sensor lies untouched, which shows its noise and the bias of its gyroscope.  Then each of
+its six sides is turned up, in any order, and then it is leant at angles that are all different:
+what Tedaldi, Pretto and Menegatti 2014 ("A robust and easy to implement method for IMU calibration
+without external equipments", ICRA) ask for.  Everything in between is recorded, too, because the
+turns calibrate the gyroscope.
 
 The guide is a state machine without a clock or a screen of its own.
 """

@@ -2,7 +2,8 @@
 
 References
 ----------
-InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, revision 4.2, 2013.
+InvenSense, "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00, revision 4.2,
+2013.
 """
 
 from collections.abc import Callable
@@ -115,7 +116,9 @@ class Mpu6050:
             self._write(FIFO_EN, ALL_SENSORS)
             kept = bytes(self._bus.read_i2c_block_data(self._address, SMPLRT_DIV, 4))
         except OSError as error:
-            raise DataError(f"{self._name}: the chip stopped answering while it was set up: {error}") from None
+            raise DataError(
+                f"{self._name}: the chip stopped answering while it was set up: {error}"
+            ) from None
         if kept != setup.registers:
             raise DataError(
                 f"{self._name}: registers 0x19 to 0x1c read {kept.hex(' ')} after {setup.registers.hex(' ')} "
@@ -157,7 +160,9 @@ class Mpu6050:
             )
             raise DataError(f"{self._name}: no chip answers at {self._address:#04x}; {cure}")
         if found != MPU6050_ID:
-            raise DataError(f"{self._name}: WHO_AM_I at {self._address:#04x} reads {wrong_chip(found)}")
+            raise DataError(
+                f"{self._name}: WHO_AM_I at {self._address:#04x} reads {wrong_chip(found)}"
+            )
 
     def _who_am_i(self, address: int) -> int | None:
         try:

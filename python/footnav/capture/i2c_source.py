@@ -1,8 +1,8 @@
 """An MPU6050 on the I2C bus of a Raspberry Pi or another Linux machine.
 
-The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the host empties it now and then, and no
-sample depends on when it does.  A FIFO that is full drops its oldest bytes, and what is left no longer begins with a
-sample, so it is thrown away whole, and counted.
+The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the host empties it now
+and then, and no sample depends on when it does.  A FIFO that is full drops its oldest bytes, and
+what is left no longer begins with a sample, so it is thrown away whole, and counted.
 """
 
 from __future__ import annotations
@@ -149,7 +149,9 @@ class I2cSource(Closing):
             self._skip(error)
             return []
         if not counts:
-            self._check_alive("the chip answers, but takes no samples; did its supply fail for a moment?")
+            self._check_alive(
+                "the chip answers, but takes no samples; did its supply fail for a moment?"
+            )
             self._sleep(_POLL)
             return []
         self._silence.end()
@@ -164,7 +166,9 @@ class I2cSource(Closing):
         # Asked last, so that an overflow while the FIFO was being read does not go unseen.
         if self._chip.has_overflowed() or held >= FIFO_BYTES:
             self._count(overflows=1)
-            self._check_alive("its FIFO overflows again and again; lower the rate, or raise the clock of the bus")
+            self._check_alive(
+                "its FIFO overflows again and again; lower the rate, or raise the clock of the bus"
+            )
             self._begin()
             return [], host
         return list(struct.iter_unpack(">7h", data)), host
@@ -188,7 +192,9 @@ class I2cSource(Closing):
             t = self._clock.stamps(device, host)
         else:
             t = self._clock.restart(device, host, self._interval)
-            self._count(missing=max(round((t[0] - self._t) / (self._interval * self._clock.rate)) - 1, 0))
+            self._count(
+                missing=max(round((t[0] - self._t) / (self._interval * self._clock.rate)) - 1, 0)
+            )
         self._elapsed, self._t, self._follows = float(device[-1]), float(t[-1]), True
         return t
 

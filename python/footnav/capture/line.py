@@ -1,7 +1,8 @@
 """The lines that the sketch `mpu6050_stream` sends: bytes in, samples out.
 
-A line is a letter, big-endian upper-case hexadecimal digits, and the CRC-16 of all characters before it; the guide
-`docs/capture.md` has the table.  All lines of a kind have one length, so that a good line is found behind any garbage.
+A line is a letter, big-endian upper-case hexadecimal digits, and the CRC-16 of all characters
+before it; the guide `docs/capture.md` has the table.  All lines of a kind have one length, so that
+a good line is found behind any garbage.
 """
 
 import binascii
@@ -18,7 +19,11 @@ PROTOCOL = 1
 """Version of the lines that this decoder understands."""
 
 _SAMPLE, _HEADER, _FAULT = b"S", b"H", b"X"
-_FORMS = {_SAMPLE: struct.Struct(">IH7h"), _HEADER: struct.Struct(">BHB4s"), _FAULT: struct.Struct(">BB")}
+_FORMS = {
+    _SAMPLE: struct.Struct(">IH7h"),
+    _HEADER: struct.Struct(">BHB4s"),
+    _FAULT: struct.Struct(">BB"),
+}
 _LENGTHS = {kind: 1 + 2 * form.size + 4 for kind, form in _FORMS.items()}
 _LONGEST = max(_LENGTHS.values())
 
@@ -51,7 +56,8 @@ class Sample:
     run : int
         Number of restarts of the device before it.
     stamp_us : int
-        When the sensor had it ready, µs of the device's clock; counts on where the 32 bits of a line begin anew.
+        When the sensor had it ready, µs of the device's clock; counts on where the 32 bits of a
+        line begin anew.
     counts : tuple of 7 ints
         Accelerometer, thermometer and gyroscope, in the order of the registers.
     setup : Setup
@@ -82,7 +88,8 @@ class Decoder:
     losses : Losses
         What was lost so far.
     trouble : str or None
-        What the device complains of, or why its samples cannot be used; None once a sample came through.
+        What the device complains of, or why its samples cannot be used; None once a sample came
+        through.
     device : int or None
         Number that the sketch gives to its sensor; None before its first header.
     """
@@ -180,7 +187,9 @@ def _agree(steps: int, elapsed_us: int, rate_hz: float) -> bool:
     """Whether a number and a stamp can be those of one device that ran on."""
     interval = 1e6 / rate_hz
     slack = interval + _CLOCK_TOLERANCE * steps * interval
-    return steps > 0 and elapsed_us <= _MAX_SILENCE_US and abs(elapsed_us - steps * interval) <= slack
+    return (
+        steps > 0 and elapsed_us <= _MAX_SILENCE_US and abs(elapsed_us - steps * interval) <= slack
+    )
 
 
 def _parse(line: bytes) -> tuple[bytes, tuple[Any, ...]] | None:
@@ -196,4 +205,6 @@ _DIGITS = frozenset(b"0123456789ABCDEF")
 
 
 def _is_sound(text: bytes) -> bool:
-    return _DIGITS.issuperset(text[1:]) and binascii.crc_hqx(text[:-4], _CRC_SEED) == int(text[-4:], 16)
+    return _DIGITS.issuperset(text[1:]) and binascii.crc_hqx(text[:-4], _CRC_SEED) == int(
+        text[-4:], 16
+    )

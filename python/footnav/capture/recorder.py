@@ -65,10 +65,13 @@ class Recorder:
         Raises
         ------
         DataError
-            The chip was set otherwise than before, or the first second cannot be a recording of a shoe.
+            The chip was set otherwise than before, or the first second cannot be a recording of a
+            shoe.
         """
         if self.setup not in (None, block.setup):
-            raise DataError(f"{self.name}: the chip was set to {self.setup}, and now is to {block.setup}; capture anew")
+            raise DataError(
+                f"{self.name}: the chip was set to {self.setup}, and now is to {block.setup}; capture anew"
+            )
         self._blocks.append(block)
         self.samples += len(block)
         if not self._looked and self.duration >= _FIRST_LOOK:
@@ -89,7 +92,9 @@ class Recorder:
             There are fewer than two samples, or they cannot be those of a shoe.
         """
         if self.samples < 2:
-            raise DataError(f"{self.name}: {self.samples} samples came; at least 2 make a recording")
+            raise DataError(
+                f"{self.name}: {self.samples} samples came; at least 2 make a recording"
+            )
         blocks, setup = self._blocks, self._blocks[0].setup
         return Recording(
             t=np.concatenate([block.t for block in blocks]),
@@ -102,7 +107,9 @@ class Recorder:
         )
 
 
-def record(source: Source, seconds: float, watch: Callable[[Block], None] | None = None) -> Recording:
+def record(
+    source: Source, seconds: float, watch: Callable[[Block], None] | None = None
+) -> Recording:
     """Record from a live sensor.
 
     Parameters
@@ -122,7 +129,8 @@ def record(source: Source, seconds: float, watch: Callable[[Block], None] | None
     Raises
     ------
     DataError
-        The sensor cannot be read, has been silent for too long, or its samples cannot be those of a shoe.
+        The sensor cannot be read, has been silent for too long, or its samples cannot be those of a
+        shoe.
     """
     recorder = Recorder(source.name)
     for block in stream(source):
@@ -142,7 +150,8 @@ def follow(source: Source, navigator: Navigator) -> Iterator[Trajectory]:
     source : Source
         The sensor.
     navigator : Navigator
-        Built for the rate of the sensor; `Navigator.flush` gives its last states once the walk is over.
+        Built for the rate of the sensor; `Navigator.flush` gives its last states once the walk is
+        over.
 
     Yields
     ------

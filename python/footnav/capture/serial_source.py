@@ -151,7 +151,9 @@ class SerialSource(Closing):
             # One byte is waited for, and what came with it taken along.
             return self._port.read(1) + self._port.read(self._port.in_waiting)
         except OSError as error:
-            raise DataError(f"{self.name} is gone: {_reason(error)}; was the plug pulled?") from None
+            raise DataError(
+                f"{self.name} is gone: {_reason(error)}; was the plug pulled?"
+            ) from None
 
     def _block(self, samples: list[Sample], host: float) -> Block:
         run, setup = samples[0].run, samples[0].setup
@@ -168,7 +170,9 @@ class SerialSource(Closing):
         if trouble and self._run is None:
             raise DataError(f"{self.name}: {trouble}")
         if silence > PATIENCE:
-            raise DataError(f"{self.name}: no sample for {silence:.0f} s; {trouble or self._guess()}")
+            raise DataError(
+                f"{self.name}: no sample for {silence:.0f} s; {trouble or self._guess()}"
+            )
 
     def _guess(self) -> str:
         """Say what is probably wrong when no samples come."""

@@ -22,15 +22,16 @@ class Losses:
     Attributes
     ----------
     missing : int
-        Samples that the sensor took and that never came: numbers missing in the sequence of the lines, or the time of
-        a full FIFO in samples.
+        Samples that the sensor took and that never came: numbers missing in the sequence of the
+        lines, or the time of a full FIFO in samples.
     broken : int
-        Lines of a serial link whose checksum or form is wrong, or transfers on an I2C bus that failed; the samples in
-        them count as missing, too.
+        Lines of a serial link whose checksum or form is wrong, or transfers on an I2C bus that
+        failed; the samples in them count as missing, too.
     unscaled : int
         Samples that came before the line that names their full scale, and were left out.
     restarts : int
-        Times that the device began anew, as after a touch of its reset button; what was lost meanwhile is not known.
+        Times that the device began anew, as after a touch of its reset button; what was lost
+        meanwhile is not known.
     overflows : int
         Times that the FIFO of a sensor on an I2C bus was full before it was read.
     """
@@ -43,7 +44,9 @@ class Losses:
 
     def plus(self, **more: int) -> Losses:
         """Return these counters, each with what is `more`."""
-        return dataclasses.replace(self, **{label: getattr(self, label) + count for label, count in more.items()})
+        return dataclasses.replace(
+            self, **{label: getattr(self, label) + count for label, count in more.items()}
+        )
 
     def __str__(self) -> str:
         """Return the counters that are not zero."""
@@ -54,7 +57,10 @@ class Losses:
             "restarts": self.restarts,
             "overflows": self.overflows,
         }
-        return ", ".join(f"{count} {label}" for label, count in counts.items() if count) or "nothing lost"
+        return (
+            ", ".join(f"{count} {label}" for label, count in counts.items() if count)
+            or "nothing lost"
+        )
 
 
 class Source(Protocol):
@@ -93,7 +99,10 @@ class Closing(ABC):
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         """Close the source."""
         self.close()

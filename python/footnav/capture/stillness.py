@@ -1,8 +1,8 @@
 """Whether a sensor lies still, found as the samples come.
 
-The samples are cut into windows of a fifth of a second; a window is still when no axis of the accelerometer and no axis
-of the gyroscope moves about its mean.  The mean of a gyroscope is left out, since a cheap one reads up to 20 deg/s at
-rest.
+The samples are cut into windows of a fifth of a second; a window is still when no axis of the
+accelerometer and no axis of the gyroscope moves about its mean.  The mean of a gyroscope is left
+out, since a cheap one reads up to 20 deg/s at rest.
 """
 
 import math
@@ -73,5 +73,11 @@ class Stillness:
         samples = np.array([row for _, row in self._rows])
         self._rows = []
         spread = samples.std(axis=0)
-        still = spread[:3].max() < ACCEL_STILL and spread[3:].max() < GYRO_STILL and np.diff(t).max() <= _LONGEST_GAP
-        return Window(duration=float(t[-1] - t[0]), still=bool(still), accel=samples[:, :3].mean(axis=0))
+        still = (
+            spread[:3].max() < ACCEL_STILL
+            and spread[3:].max() < GYRO_STILL
+            and np.diff(t).max() <= _LONGEST_GAP
+        )
+        return Window(
+            duration=float(t[-1] - t[0]), still=bool(still), accel=samples[:, :3].mean(axis=0)
+        )

@@ -1,6 +1,7 @@
 """The command line: one module a command.
 
-Exit status: 0 done, 1 the data or the run failed, 2 the command or the settings that it names are wrong.
+Exit status: 0 done, 1 the data or the run failed, 2 the command or the settings that it names are
+wrong.
 """
 
 import os
@@ -32,7 +33,9 @@ app = App(
 )
 app.command(demonstrate, name="demo", usage="Usage: footnav demo [OPTIONS]")
 app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTIONS]")
-app.command(simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]")
+app.command(
+    simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]"
+)
 app.command(measure_noise, name="allan", usage="Usage: footnav allan FILE [OPTIONS]")
 app.command(capture_app)
 app.command(calibrate.app)
@@ -65,7 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(error)
         return FAILED
     except BrokenPipeError:
-        # The reader of a pipe, such as `head`, has seen enough; without this the interpreter complains as it exits.
+        # The reader of a pipe, such as `head`, has seen enough; without this the interpreter
+        # complains as it exits.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except KeyboardInterrupt:

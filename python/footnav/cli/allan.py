@@ -35,10 +35,11 @@ def measure_noise(
     plot : Path, optional
         Picture of the Allan deviation: .png, .svg or .pdf.
     out : Path, optional
-        What was seen as settings for footnav track --config, as TOML; all others keep their defaults.
+        What was seen as settings for footnav track --config, as TOML; all others keep their
+        defaults.
     inflation : tuple of float
-        Factors of the white noise and of the bias walk in these settings, since a worn sensor is noisier than one that
-        lies still; 2 3 unless given.
+        Factors of the white noise and of the bias walk in these settings, since a worn sensor is
+        noisier than one that lies still; 2 3 unless given.
     span : tuple of float, optional
         First and last stamp of the rest in s; all of the recording unless given.
     reading : Reading
@@ -54,12 +55,17 @@ def measure_noise(
     with attending(file.name) as progress:
         deviation = allan(_read_one(file, reading), span, progress=progress)
         figures = deviation.fit()
-        settings = ["[sensor]", *(f"{key} = {value:.4g}" for key, value in figures.settings(inflation).items())]
+        settings = [
+            "[sensor]",
+            *(f"{key} = {value:.4g}" for key, value in figures.settings(inflation).items()),
+        ]
         if plot is not None:
             save_figure(plot_allan(deviation, figures), plot)
         if out is not None:
             _write([f"# Allan deviation of {file.name}; {_inflated(inflation)}.", *settings], out)
-    print(f"{file.name}: {deviation.duration:,.0f} s at rest, averaged over up to {deviation.taus[-1]:,.4g} s")
+    print(
+        f"{file.name}: {deviation.duration:,.0f} s at rest, averaged over up to {deviation.taus[-1]:,.4g} s"
+    )
     print_table(noise_table(figures))
     print(f"For the filter, {_inflated(inflation)}:", *settings, sep="\n")
     written = [str(path) for path in (plot, out) if path is not None]
@@ -71,7 +77,9 @@ def measure_noise(
 def _read_one(file: Path, reading: Reading) -> Recording:
     recordings = read_walks(file, reading)
     if len(recordings) > 1:
-        raise ConfigError(f"{file} holds the sensors of both feet; choose one with --foot left or --foot right")
+        raise ConfigError(
+            f"{file} holds the sensors of both feet; choose one with --foot left or --foot right"
+        )
     return next(iter(recordings.values()))
 
 

@@ -72,8 +72,14 @@ class Target:
         """
         if self.dlpf_cfg is None and self.smplrt_div is None:
             return None
-        if self.dlpf_cfg is None or self.smplrt_div is None or not (reading.accel_range and reading.gyro_range):
-            raise ConfigError("--dlpf-cfg and --smplrt-div need each other, and --accel-range and --gyro-range")
+        if (
+            self.dlpf_cfg is None
+            or self.smplrt_div is None
+            or not (reading.accel_range and reading.gyro_range)
+        ):
+            raise ConfigError(
+                "--dlpf-cfg and --smplrt-div need each other, and --accel-range and --gyro-range"
+            )
         return Setup(
             accel_range_g=_whole("accel_range", reading.accel_range),
             gyro_range_deg_s=_whole("gyro_range", reading.gyro_range),
@@ -106,7 +112,8 @@ def accel(
     files : list of Path
         Recordings that start at rest and rest in pose after pose.
     six_position : bool
-        The sensor sits square in a box that lay on its six sides; turns about its edges are of --turn-deg.
+        The sensor sits square in a box that lay on its six sides; turns about its edges are of
+        --turn-deg.
     turn_deg : float
         Angle of the known turns, degrees.
     gravity : float, optional
@@ -131,9 +138,16 @@ def accel(
         known = {"gravity": gravity, "latitude_deg": latitude_deg}
         if six_position:
             return calibrate_six_position(
-                recordings, turn=math.radians(turn_deg), initial=initial, device=target.device, setup=setup, **known
+                recordings,
+                turn=math.radians(turn_deg),
+                initial=initial,
+                device=target.device,
+                setup=setup,
+                **known,
             )
-        return calibrate_accel(recordings, initial=initial, device=target.device, setup=setup, **known)
+        return calibrate_accel(
+            recordings, initial=initial, device=target.device, setup=setup, **known
+        )
 
     return _calibrate(files, target, reading, work)
 
@@ -157,7 +171,9 @@ def gyro(files: list[Path], /, *, target: Target = HERE, reading: Reading = AS_F
         Exit status.
     """
     setup = target.setup(reading)
-    return _calibrate(files, target, reading, lambda each: calibrate_gyro(each, device=target.device, setup=setup))
+    return _calibrate(
+        files, target, reading, lambda each: calibrate_gyro(each, device=target.device, setup=setup)
+    )
 
 
 @app.command(name="mag", usage="Usage: footnav calibrate mag FILE... [OPTIONS]")
@@ -178,11 +194,15 @@ def mag(files: list[Path], /, *, target: Target = HERE, reading: Reading = AS_FO
     int
         Exit status.
     """
-    return _calibrate(files, target, reading, lambda each: calibrate_mag(each, device=target.device))
+    return _calibrate(
+        files, target, reading, lambda each: calibrate_mag(each, device=target.device)
+    )
 
 
 @app.command(name="temperature", usage="Usage: footnav calibrate temperature FILE... [OPTIONS]")
-def temperature(files: list[Path], /, *, order: int = 2, target: Target = HERE, reading: Reading = AS_FOUND) -> int:
+def temperature(
+    files: list[Path], /, *, order: int = 2, target: Target = HERE, reading: Reading = AS_FOUND
+) -> int:
     """Measure how bias and scale follow the temperature, from recordings at rest that warm up or cool down.
 
     Parameters
@@ -245,7 +265,11 @@ def tabulate_temperature(calibration: SensorCalibration) -> Table | None:
     Table or None
         A row for each axis and polynomial, with standard deviations.
     """
-    models = {label: triad.thermal for label, triad in calibration.triads().items() if triad.thermal is not None}
+    models = {
+        label: triad.thermal
+        for label, triad in calibration.triads().items()
+        if triad.thermal is not None
+    }
     if not models:
         return None
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
@@ -256,14 +280,23 @@ def tabulate_temperature(calibration: SensorCalibration) -> Table | None:
         factor, unit = _UNITS[label]
         for axis in range(3):
             name = f"{label}_{'xyz'[axis]}"
-            table.add_row(f"{name} bias, {unit}", *_coefficients(model.bias, model.bias_std, axis, factor))
+            table.add_row(
+                f"{name} bias, {unit}", *_coefficients(model.bias, model.bias_std, axis, factor)
+            )
             if model.scale:
-                table.add_row(f"{name} scale", *_coefficients(model.scale, model.scale_std, axis, 1.0))
+                table.add_row(
+                    f"{name} scale", *_coefficients(model.scale, model.scale_std, axis, 1.0)
+                )
     return table
 
 
-def _coefficients(values: Sequence[Vector], stds: Sequence[Vector], axis: int, factor: float) -> list[str]:
-    return [f"{factor * value[axis]:+.2e} +- {factor * std[axis]:.1e}" for value, std in zip(values, stds, strict=True)]
+def _coefficients(
+    values: Sequence[Vector], stds: Sequence[Vector], axis: int, factor: float
+) -> list[str]:
+    return [
+        f"{factor * value[axis]:+.2e} +- {factor * std[axis]:.1e}"
+        for value, std in zip(values, stds, strict=True)
+    ]
 
 
 _UNITS = {"accel": (1.0, "m/s^2"), "gyro": (180 / math.pi, "deg/s"), "mag": (1e6, "uT")}
@@ -280,7 +313,9 @@ def _row(label: str, triad: Triad, axis: int) -> tuple[str, str, str]:
     row, std = triad.matrix[axis], triad.matrix_std[axis]
     # An element without uncertainty is zero because it defines the frame.
     degrees = ", ".join(
-        f"{math.degrees(row[k]):+.3f} +- {math.degrees(std[k]):.3f}" if std[k] else "0" for k in range(3) if k != axis
+        f"{math.degrees(row[k]):+.3f} +- {math.degrees(std[k]):.3f}" if std[k] else "0"
+        for k in range(3)
+        if k != axis
     )
     return f"{bias} {unit}", f"{row[axis]:.5f} +- {std[axis]:.5f}", f"{degrees} deg"
 
@@ -313,7 +348,9 @@ def _calibrate(
 def _read(path: Path, reading: Reading) -> list[Recording]:
     walks = list(read_walks(path, reading).values())
     if len(walks) > 1:
-        raise ConfigError(f"{path} holds the sensors of both feet; calibrate one at a time, with --foot left or right")
+        raise ConfigError(
+            f"{path} holds the sensors of both feet; calibrate one at a time, with --foot left or right"
+        )
     return walks
 
 
@@ -349,7 +386,10 @@ def _residual(label: str, triad: Triad) -> str:
 def _warn_of_loss(existing: SensorCalibration, calibration: SensorCalibration, out: Path) -> None:
     for label, triad in existing.triads().items():
         if triad.thermal is not None and getattr(calibration, label).thermal is None:
-            caution(str(out), f"the {SENSORS[label]} follows the temperature no more: calibrate temperature again")
+            caution(
+                str(out),
+                f"the {SENSORS[label]} follows the temperature no more: calibrate temperature again",
+            )
 
 
 def _whole(label: str, value: float) -> int:

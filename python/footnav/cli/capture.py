@@ -75,7 +75,10 @@ class Chip:
     def setup(self) -> Setup:
         """Return the settings as the chip's driver takes them."""
         return Setup.at_rate(
-            self.rate_hz, accel_range_g=self.accel_range, gyro_range_deg_s=self.gyro_range, dlpf_cfg=self.dlpf
+            self.rate_hz,
+            accel_range_g=self.accel_range,
+            gyro_range_deg_s=self.gyro_range,
+            dlpf_cfg=self.dlpf,
         )
 
 
@@ -87,12 +90,16 @@ ALL_POSES = Plan()
 """Enough for scale, misalignment and bias."""
 
 app = App(name="capture", help="Record from a live MPU6050, at an Arduino or on an I2C bus.")
-poses_app = App(name="poses", help="Record a calibration: be told the next pose, and when it is done.")
+poses_app = App(
+    name="poses", help="Record a calibration: be told the next pose, and when it is done."
+)
 app.command(poses_app)
 
 
 @app.command(name="serial", usage="Usage: footnav capture serial PORT [OPTIONS]")
-def capture_serial(port: str, /, *, baud: int = BAUD, seconds: float | None = None, out: Path | None = None) -> int:
+def capture_serial(
+    port: str, /, *, baud: int = BAUD, seconds: float | None = None, out: Path | None = None
+) -> int:
     """Record from an Arduino with the sketch mpu6050_stream; Ctrl-C ends it and keeps what came.
 
     Parameters
@@ -117,7 +124,9 @@ def capture_serial(port: str, /, *, baud: int = BAUD, seconds: float | None = No
 
 
 @app.command(name="i2c", usage="Usage: footnav capture i2c BUS [OPTIONS]")
-def capture_i2c(bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = AS_USUAL) -> int:
+def capture_i2c(
+    bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = AS_USUAL
+) -> int:
     """Record from an MPU6050 on an I2C bus; Ctrl-C ends it and keeps what came.
 
     Parameters
@@ -142,7 +151,9 @@ def capture_i2c(bus: int, /, *, seconds: float | None = None, out: Path | None =
 
 
 @poses_app.command(name="serial", usage="Usage: footnav capture poses serial PORT [OPTIONS]")
-def poses_serial(port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: ThroughPoses = ALL_POSES) -> int:
+def poses_serial(
+    port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: ThroughPoses = ALL_POSES
+) -> int:
     """Record the poses of a calibration from an Arduino with the sketch mpu6050_stream.
 
     Parameters
@@ -167,7 +178,9 @@ def poses_serial(port: str, /, *, baud: int = BAUD, out: Path | None = None, pla
 
 
 @poses_app.command(name="i2c", usage="Usage: footnav capture poses i2c BUS [OPTIONS]")
-def poses_i2c(bus: int, /, *, out: Path | None = None, plan: ThroughPoses = ALL_POSES, chip: Chip = AS_USUAL) -> int:
+def poses_i2c(
+    bus: int, /, *, out: Path | None = None, plan: ThroughPoses = ALL_POSES, chip: Chip = AS_USUAL
+) -> int:
     """Record the poses of a calibration from an MPU6050 on an I2C bus.
 
     Parameters
@@ -302,7 +315,9 @@ class Meter:
         while len(self._recent) > 2 and now - self._recent[1][0] >= _RATE_WINDOW:
             self._recent.popleft()
         span = now - self._recent[0][0]
-        return (sum(count for _, count in self._recent) - self._recent[0][1]) / span if span else 0.0
+        return (
+            (sum(count for _, count in self._recent) - self._recent[0][1]) / span if span else 0.0
+        )
 
 
 class Leader:
@@ -360,7 +375,9 @@ def check_target(out: Path | None, kind: str) -> Path:
     target = out or Path(time.strftime(f"{kind}-%Y%m%d-%H%M%S.csv"))
     check_suffix(target)
     if target.exists():
-        raise ConfigError(f"{target} exists; a capture does not replace a recording: give another --out")
+        raise ConfigError(
+            f"{target} exists; a capture does not replace a recording: give another --out"
+        )
     if not target.absolute().parent.is_dir():
         raise ConfigError(f"{target}: there is no folder {target.parent}")
     return target

@@ -17,13 +17,17 @@ from footnav.errors import FootnavError, FootnavWarning
 TABLE_WIDTH = 120
 """Characters in a line of a table that does not go to a terminal."""
 
-_OPTIONS = re.compile(r"(?<![.\w])(rate_hz|t_unit|accel_unit|gyro_unit|accel_range|gyro_range|(?:foot|format)(?==))\b")
+_OPTIONS = re.compile(
+    r"(?<![.\w])(rate_hz|t_unit|accel_unit|gyro_unit|accel_range|gyro_range|(?:foot|format)(?==))\b"
+)
 """Options as the messages of the library spell them."""
 
 
 def complain(error: object) -> None:
     """Print an error in one line, with options as the command line spells them."""
-    text = _OPTIONS.sub(lambda option: "--" + option[0].replace("_", "-"), " ".join(str(error).split()))
+    text = _OPTIONS.sub(
+        lambda option: "--" + option[0].replace("_", "-"), " ".join(str(error).split())
+    )
     print(f"footnav: {text}", file=sys.stderr)
 
 

@@ -47,5 +47,7 @@ def screen() -> Iterator[Screen]:
         yield Screen()
         return
     # Standard output may lead into a file while the line is on the terminal.
-    with Live(console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False) as live:
+    with Live(
+        console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
+    ) as live:
         yield Screen(live)

@@ -87,7 +87,8 @@ def read_walks(path: Path, reading: Reading, name: str | None = None) -> dict[st
     Returns
     -------
     dict of str to Recording
-        The recordings by the name of the walk.  Their own names, which messages carry, are those of the file.
+        The recordings by the name of the walk.  Their own names, which messages carry, are those of
+        the file.
 
     Raises
     ------
@@ -122,6 +123,8 @@ def _columns(given: str) -> dict[str, str | int]:
     for part in given.split(","):
         role, _, column = (word.strip() for word in part.partition("="))
         if not (role and column) or role in columns:
-            raise ConfigError(f"columns is {given!r}; expected each role once with its column, such as t=Time,ax=3")
+            raise ConfigError(
+                f"columns is {given!r}; expected each role once with its column, such as t=Time,ax=3"
+            )
         columns[role] = int(column) if column.isdecimal() else column
     return columns

@@ -55,7 +55,9 @@ def describe(summary: Summary, written: Sequence[Path]) -> str:
     """
     lines = [str(dataclasses.replace(summary, health=None))]
     if summary.health is not None:
-        lines.append(f"  health         {summary.health.status.value}. {summary.health.reasons.describe()}")
+        lines.append(
+            f"  health         {summary.health.status.value}. {summary.health.flags.describe()}"
+        )
     lines.append(f"  written        {', '.join(map(str, written))}")
     return "\n".join(lines)
 
@@ -109,7 +111,9 @@ def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: f
     end = evaluation.closing_error
     table.add_row("distance", f"{track.distance:.2f} m", f"{truth.distance:.2f} m")
     table.add_row("strides", f"{track.strides}", f"{truth.strides}")
-    table.add_row("zero velocity", _percent(track.zero_velocity_share), _percent(truth.zero_velocity_share))
+    table.add_row(
+        "zero velocity", _percent(track.zero_velocity_share), _percent(truth.zero_velocity_share)
+    )
     table.add_row("mean horizontal error", f"{evaluation.euclidean_mean:.3f} m")
     table.add_row("closing error, horizontal", f"{end.horizontal:.3f} m")
     table.add_row("closing error, vertical", f"{end.vertical:+.3f} m")
@@ -129,13 +133,16 @@ def noise_table(figures: NoiseFigures) -> Table:
     Returns
     -------
     Table
-        A row for each term, with intervals of 95 %, or upper limits of what was not seen; and one in SI if it was seen.
+        A row for each term, with intervals of 95 %, or upper limits of what was not seen; and one
+        in SI if it was seen.
     """
     table = _table("", "unit", "x", "y", "z")
     for sensor, terms in _NOISE_UNITS.items():
         axes = [axis for axis in figures.axes if axis.channel.startswith(sensor)]
         for term, (title, unit, (sheet_unit, factor)) in enumerate(terms):
-            table.add_row(f"{sensor} {title}", sheet_unit, *(_interval(axis, term, factor) for axis in axes))
+            table.add_row(
+                f"{sensor} {title}", sheet_unit, *(_interval(axis, term, factor) for axis in axes)
+            )
             if any(axis.terms[term].value is not None for axis in axes):
                 table.add_row("", unit, *(_value(axis.terms[term]) for axis in axes))
     return table

@@ -43,8 +43,8 @@ def simulate_walk(
     route : str
         Where to go.
     sizes : tuple of float
-        Sizes of the route in m; of stairs the number of floors.  Default: square 10, straight 20, rectangle 20 10,
-        figure-of-eight 40, out-and-back 20, stairs 2.
+        Sizes of the route in m; of stairs the number of floors.  Default: square 10, straight 20,
+        rectangle 20 10, figure-of-eight 40, out-and-back 20, stairs 2.
     gait : str
         walk, slow or run.
     sensor : str
@@ -72,7 +72,9 @@ def simulate_walk(
         true_track.save(truth)
         print(f"{truth}: the truth, {true_track.distance:.2f} m")
     recording.save(out)
-    print(f"{out}: {len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz")
+    print(
+        f"{out}: {len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz"
+    )
     return 0
 
 

@@ -70,8 +70,8 @@ def track_files(
     out : Path
         Folder for the tracks.
     formats : str, optional
-        What to write for each walk, of csv, npz, tum, geojson, gpx, kml, parquet, png, svg and pdf, separated by
-        commas; csv,png unless given.
+        What to write for each walk, of csv, npz, tum, geojson, gpx, kml, parquet, png, svg and pdf,
+        separated by commas; csv,png unless given.
     name : str, optional
         Name of the track, for a single file; that of the file unless given.
     config : Path, optional
@@ -146,7 +146,9 @@ def _settings(
     if config is not None and preset is not None:
         raise ConfigError("--config and --preset both give all settings; leave one out")
     if magnetic and heading_deg is not None:
-        raise ConfigError("--heading-deg and --heading-from-magnetometer both give the heading; leave one out")
+        raise ConfigError(
+            "--heading-deg and --heading-from-magnetometer both give the heading; leave one out"
+        )
     settings = Config()
     if config is not None:
         settings = load_config(config)
@@ -165,7 +167,9 @@ def _calibration(path: Path | None, settings: Config) -> SensorCalibration | Non
     if path is None:
         return None
     if settings.calibration != Calibration():
-        raise ConfigError("--calibration and the [calibration] of --config both correct the readings; leave one out")
+        raise ConfigError(
+            "--calibration and the [calibration] of --config both correct the readings; leave one out"
+        )
     return read_calibration(path)
 
 

@@ -36,19 +36,22 @@ def save(traj: Trajectory, path: str | PathLike[str], **options: Any) -> None:
     traj : Trajectory
         The track.
     path : path
-        ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned" (default: `traj.frame`).
-        ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg and height where origin and heading are known.
-        ``.npz``: everything, read back by `load_trajectory`; no options.
-        ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude and height; option `origin`, (latitude, longitude, height)
-        in degrees and m (default: `traj.origin`).
+        ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned"
+        (default: `traj.frame`). ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg and
+        height where origin and heading are known. ``.npz``: everything, read back by
+        `load_trajectory`; no options. ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude and
+        height; option `origin`, (latitude, longitude, height) in degrees and m (default:
+        `traj.origin`).
     **options
-        Those of the format.  ``.geojson`` knows `stances` (bool: a point for each stance), ``.gpx`` knows `start_time`
-        (datetime with a time zone: when the first sample was taken; without it the points carry no time).
+        Those of the format.  ``.geojson`` knows `stances` (bool: a point for each stance), ``.gpx``
+        knows `start_time` (datetime with a time zone: when the first sample was taken; without it
+        the points carry no time).
 
     Raises
     ------
     ConfigError
-        For an unknown suffix, an option that the format does not know, or an impossible value of one.
+        For an unknown suffix, an option that the format does not know, or an impossible value of
+        one.
     DataError
         For a track that the format cannot hold.
     FootnavError
@@ -62,7 +65,9 @@ def save(traj: Trajectory, path: str | PathLike[str], **options: Any) -> None:
     path = Path(path)
     writer = _WRITERS.get(path.suffix.lower())
     if writer is None:
-        raise ConfigError(f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}")
+        raise ConfigError(
+            f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}"
+        )
     _check_options(path, writer, options)
     with replacing(path) as file:
         writer(traj, file, **options)
@@ -73,4 +78,6 @@ def _check_options(path: Path, writer: Callable[..., None], options: dict[str, A
     for option in options:
         if option not in known:
             expected = ", ".join(known) or "no options"
-            raise ConfigError(f"{path}: {path.suffix} knows {expected}, not {option!r}{nearest(option, known)}")
+            raise ConfigError(
+                f"{path}: {path.suffix} knows {expected}, not {option!r}{nearest(option, known)}"
+            )

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from footnav.errors import DataError
-from footnav.health import Counters, Health, Reason, Status
+from footnav.health import Counters, Flag, Health, Status
 from footnav.steps import Steps
 from footnav.trajectory import Trajectory
 
@@ -65,7 +65,9 @@ def load_trajectory(path: str | PathLike[str]) -> Trajectory:
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise DataError(f"{path}: is not a track that Trajectory.save wrote as .npz ({error})") from error
+        raise DataError(
+            f"{path}: is not a track that Trajectory.save wrote as .npz ({error})"
+        ) from error
 
 
 def _steps(archive: Mapping[str, Any]) -> Steps | None:
@@ -78,7 +80,7 @@ def _steps(archive: Mapping[str, Any]) -> Steps | None:
 def _health(stored: dict[str, Any]) -> Health:
     return Health(
         status=Status(stored["status"]),
-        reasons=Reason(stored["reasons"]),
+        flags=Flag(stored["flags"]),
         counters=Counters(**stored["counters"]),
         horizontal_std=stored["horizontal_std"],
         vertical_std=stored["vertical_std"],

@@ -32,7 +32,8 @@ def states_in(traj: Trajectory, frame: str | None) -> States:
     Returns
     -------
     States
-        Position (n, 3) m, velocity (n, 3) m/s, quaternion (n, 4) xyzw from the sensor to the frame, one sigma (n, 3) m.
+        Position (n, 3) m, velocity (n, 3) m/s, quaternion (n, 4) xyzw from the sensor to the frame,
+        one sigma (n, 3) m.
 
     Raises
     ------

@@ -57,8 +57,8 @@ def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
     Warns
     -----
     FootnavWarning
-        When there is no origin, and the track is put at latitude 0, longitude 0; when there is one, but x may not
-        be east.
+        When there is no origin, and the track is put at latitude 0, longitude 0; when there is one,
+        but x may not be east.
     """
     _check_positions(traj)
     return place(traj.position, _origin(traj, origin))[:, [1, 0, 2]]
@@ -92,7 +92,11 @@ def warn_of_heading(traj: Trajectory, stacklevel: int) -> None:
 def _check_positions(traj: Trajectory) -> None:
     label = f"{traj.name}: " if traj.name else ""
     if len(traj) < 2:
-        raise DataError(f"{label}a line on a map needs two samples or more, the track has {len(traj)}")
+        raise DataError(
+            f"{label}a line on a map needs two samples or more, the track has {len(traj)}"
+        )
     bad = np.flatnonzero(~np.isfinite(traj.position).all(axis=1))
     if bad.size:
-        raise DataError(f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers for a map")
+        raise DataError(
+            f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers for a map"
+        )

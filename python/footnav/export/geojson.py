@@ -12,7 +12,11 @@ from footnav.trajectory import Summary, Trajectory
 
 
 def write_geojson(
-    traj: Trajectory, file: BinaryIO, *, origin: Sequence[float] | None = None, stances: bool = False
+    traj: Trajectory,
+    file: BinaryIO,
+    *,
+    origin: Sequence[float] | None = None,
+    stances: bool = False,
 ) -> None:
     """Write a FeatureCollection; the line carries the summary in SI units, each point its stamp."""
     places = geodetic(traj, origin).tolist()
@@ -24,7 +28,9 @@ def write_geojson(
     if stances:
         first, last = find_stances(traj.t, traj.zero_velocity)
         middle = (first + last) // 2
-        features += [_feature("Point", places[k], {"kind": "stance", "t": float(traj.t[k])}) for k in middle]
+        features += [
+            _feature("Point", places[k], {"kind": "stance", "t": float(traj.t[k])}) for k in middle
+        ]
     collection = {"type": "FeatureCollection", "features": features}
     file.write(json.dumps(collection, allow_nan=False).encode())
 

@@ -11,7 +11,11 @@ from footnav.trajectory import Trajectory
 
 
 def write_gpx(
-    traj: Trajectory, file: BinaryIO, *, origin: Sequence[float] | None = None, start_time: datetime | None = None
+    traj: Trajectory,
+    file: BinaryIO,
+    *,
+    origin: Sequence[float] | None = None,
+    start_time: datetime | None = None,
 ) -> None:
     """Write one track of one segment, a point a sample; `start_time` is that of the first sample."""
     gpx = require("gpxpy.gpx", "gpxpy")
@@ -22,7 +26,9 @@ def write_gpx(
     segment = gpx.GPXTrackSegment()
     document.tracks.append(track)
     track.segments.append(segment)
-    for (longitude, latitude, height), time in zip(geodetic(traj, origin).tolist(), times, strict=True):
+    for (longitude, latitude, height), time in zip(
+        geodetic(traj, origin).tolist(), times, strict=True
+    ):
         segment.points.append(gpx.GPXTrackPoint(latitude, longitude, elevation=height, time=time))
     file.write(document.to_xml().encode())
 
@@ -31,6 +37,8 @@ def _times(traj: Trajectory, start_time: Any) -> Sequence[datetime | None]:
     if start_time is None:
         return [None] * len(traj)
     if not isinstance(start_time, datetime) or start_time.utcoffset() is None:
-        raise ConfigError(f"start_time is {start_time!r}: expected a datetime with a time zone, such as timezone.utc")
+        raise ConfigError(
+            f"start_time is {start_time!r}: expected a datetime with a time zone, such as timezone.utc"
+        )
     start = start_time.astimezone(timezone.utc)
     return [start + timedelta(seconds=seconds) for seconds in (traj.t - traj.t[0]).tolist()]

@@ -13,7 +13,8 @@ _NAMESPACE = "http://www.opengis.net/kml/2.2"
 def write_kml(traj: Trajectory, file: BinaryIO, *, origin: Sequence[float] | None = None) -> None:
     """Write the line and its two ends.
 
-    The coordinates carry the heights, but are drawn on the ground: globe viewers hide what lies below their terrain.
+    The coordinates carry the heights, but are drawn on the ground: globe viewers hide what lies
+    below their terrain.
     """
     places = geodetic(traj, origin).tolist()
     root = ET.Element("kml", xmlns=_NAMESPACE)
@@ -32,4 +33,6 @@ def _placemark(document: ET.Element, name: str, geometry: str, places: list[list
     if geometry == "LineString":
         ET.SubElement(shape, "tessellate").text = "1"
     ET.SubElement(shape, "altitudeMode").text = "clampToGround"
-    ET.SubElement(shape, "coordinates").text = " ".join(f"{lon!r},{lat!r},{height!r}" for lon, lat, height in places)
+    ET.SubElement(shape, "coordinates").text = " ".join(
+        f"{lon!r},{lat!r},{height!r}" for lon, lat, height in places
+    )

@@ -20,9 +20,10 @@ def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
     recording : Recording
         The samples.
     path : path
-        ``.csv``: a header ``t (s),ax (m/s^2),...,gz (rad/s)`` and, where present, magnetometer, pressure and
-        temperature, with their units.  A table has no place for the full scales: give them to `footnav.read` again.
-        ``.npz``: arrays named as the attributes of the recording, with the full scales.
+        ``.csv``: a header ``t (s),ax (m/s^2),...,gz (rad/s)`` and, where present, magnetometer,
+        pressure and temperature, with their units.  A table has no place for the full scales: give
+        them to `footnav.read` again. ``.npz``: arrays named as the attributes of the recording,
+        with the full scales.
 
     Raises
     ------
@@ -40,7 +41,9 @@ def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
 def check_suffix(path: Path) -> None:
     """Raise ConfigError for a path whose suffix is none that a recording can be written to."""
     if path.suffix.lower() not in _WRITERS:
-        raise ConfigError(f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}")
+        raise ConfigError(
+            f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}"
+        )
 
 
 def _write_csv(recording: Recording, file: BinaryIO) -> None:
@@ -70,4 +73,7 @@ def _columns(recording: Recording) -> dict[str, Floats]:
     return columns
 
 
-_WRITERS: dict[str, Callable[[Recording, BinaryIO], None]] = {".csv": _write_csv, ".npz": _write_npz}
+_WRITERS: dict[str, Callable[[Recording, BinaryIO], None]] = {
+    ".csv": _write_csv,
+    ".npz": _write_npz,
+}

@@ -50,7 +50,9 @@ def _columns(traj: Trajectory, frame: str | None) -> dict[str, NDArray[Any]]:
     columns["zero_velocity"] = traj.zero_velocity
     columns |= _named([f"std_{axis}" for axis in axes], states.position_std)
     if traj.origin is not None and traj.heading_known:
-        columns |= _named(["latitude_deg", "longitude_deg", "height"], place(traj.position, traj.origin))
+        columns |= _named(
+            ["latitude_deg", "longitude_deg", "height"], place(traj.position, traj.origin)
+        )
     return columns
 
 

@@ -32,25 +32,25 @@ def read(
 ) -> Recording:
     """Read a recording from a file.
 
-    The format, the delimiter, the columns and the units are found in the file where it leaves no doubt.  Where it does,
-    the error names the option that settles it.
+    The format, the delimiter, the columns and the units are found in the file where it leaves no
+    doubt.  Where it does, the error names the option that settles it.
 
     Parameters
     ----------
     path : str or path-like
         The file.
     format : {"npz", "xio", "mpu6050", "mpu6050-pair", "csv"}, optional
-        "npz": arrays t, accel, gyro and optionally mag, pressure, temperature, in SI units (mag also in uT).
-        "xio": the CSV files of x-io Technologies.
-        "mpu6050": raw counts without a header, ms, ax, ay, az, gx, gy, gz; needs both ranges.
-        "mpu6050-pair": the same with the counts of the left foot, then of the right one; needs `foot` too.
-        "csv": a header such as footnav's own "t,ax,ay,az,gx,gy,gz", or one of many other spellings, with units such as
+        "npz": arrays t, accel, gyro and optionally mag, pressure, temperature, in SI units (mag
+        also in uT). "xio": the CSV files of x-io Technologies. "mpu6050": raw counts without a
+        header, ms, ax, ay, az, gx, gy, gz; needs both ranges. "mpu6050-pair": the same with the
+        counts of the left foot, then of the right one; needs `foot` too. "csv": a header such as
+        footnav's own "t,ax,ay,az,gx,gy,gz", or one of many other spellings, with units such as
         "(deg/s)" or "[g]".
     rate_hz : float, optional
         Sampling rate, Hz, for a file that has no stamps, and only for such a file.
     columns : mapping, optional
-        Title, or number from 0, of the column that is "t", "ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz",
-        "pressure" or "temperature"; the others are found by their titles.
+        Title, or number from 0, of the column that is "t", "ax", "ay", "az", "gx", "gy", "gz",
+        "mx", "my", "mz", "pressure" or "temperature"; the others are found by their titles.
     t_unit : {"s", "ms", "us", "ns"}, optional
         Unit of the stamps; overrides the header.
     accel_unit : {"m/s^2", "g", "mg"}, optional
@@ -58,7 +58,8 @@ def read(
     gyro_unit : {"rad/s", "deg/s"}, optional
         Unit of the gyroscope; overrides the header.
     axes : str, optional
-        The sensor's own axes in terms of the file's columns, such as "y,-x,z"; a right-handed rotation.
+        The sensor's own axes in terms of the file's columns, such as "y,-x,z"; a right-handed
+        rotation.
     foot : {"left", "right"}, optional
         The sensor to read from a file of format "mpu6050-pair".
     accel_range, gyro_range : float, optional
@@ -76,7 +77,8 @@ def read(
     ConfigError
         An option is unknown, missing, or does not fit the file.
     DataError
-        The file cannot be read, or its content cannot be used as it is; the message names the file and the line.
+        The file cannot be read, or its content cannot be used as it is; the message names the file
+        and the line.
 
     Warns
     -----
@@ -126,7 +128,10 @@ def _samples(data: bytes, name: str, options: Options) -> Samples:
 
 def _recording(samples: Samples, name: str, options: Options) -> Recording:
     """Make the recording along the axes of the file, which checks it, and turn it to those of the sensor."""
-    ranges = {"accel_range": _accel_range(samples, options), "gyro_range": _gyro_range(samples, options)}
+    ranges = {
+        "accel_range": _accel_range(samples, options),
+        "gyro_range": _gyro_range(samples, options),
+    }
     fields = {field.name: getattr(samples, field.name) for field in dataclasses.fields(samples)}
     recording = Recording(**(fields | ranges), name=name)
     return recording if options.axes is None else _turn(recording, options.axes)

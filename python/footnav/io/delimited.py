@@ -36,7 +36,8 @@ def read(table: Table, options: Options) -> Samples:
     Raises
     ------
     DataError
-        A column is missing or ambiguous, a cell is not a number, time goes back, or a unit is unknown.
+        A column is missing or ambiguous, a cell is not a number, time goes back, or a unit is
+        unknown.
     ConfigError
         An option does not fit the file.
 
@@ -50,12 +51,16 @@ def read(table: Table, options: Options) -> Samples:
     values = table.columns([columns[role] for role in REQUIRED])
     accel = _accel(table, columns, values[:, :3], options.accel_unit)
     return Samples(
-        t=stamps(table.name, read_time(table, columns, options.t_unit), len(values), options.rate_hz),
+        t=stamps(
+            table.name, read_time(table, columns, options.t_unit), len(values), options.rate_hz
+        ),
         accel=accel,
         gyro=_gyro(table, columns, values[:, 3:], accel, options.gyro_unit),
         mag=_extra(table, columns, MAG_ROLES, MAG, judge.mag_unit),
         pressure=_flat(_extra(table, columns, ("pressure",), PRESSURE, judge.pressure_unit)),
-        temperature=_flat(_extra(table, columns, ("temperature",), TEMPERATURE, judge.temperature_unit)),
+        temperature=_flat(
+            _extra(table, columns, ("temperature",), TEMPERATURE, judge.temperature_unit)
+        ),
     )
 
 
@@ -99,7 +104,9 @@ def locate(table: Table, named: Mapping[str, str | int]) -> Columns:
     return columns
 
 
-def read_time(table: Table, columns: Columns, t_unit: str | None, default: str | None = None) -> Floats | None:
+def read_time(
+    table: Table, columns: Columns, t_unit: str | None, default: str | None = None
+) -> Floats | None:
     """Read the stamps, if there are any.
 
     Parameters
@@ -141,14 +148,20 @@ def _named_column(table: Table, role: str, column: str | int) -> int:
     if isinstance(column, int):
         if 0 <= column < table.width:
             return column
-        raise DataError(f"{table.name} has columns 0 to {table.width - 1}; columns gives {column} for {role}")
+        raise DataError(
+            f"{table.name} has columns 0 to {table.width - 1}; columns gives {column} for {role}"
+        )
     found = [index for index, title in enumerate(table.titles) if title.text == column.strip()]
     if len(found) == 1:
         return found[0]
     if found:
-        raise DataError(f"{table.name} has {len(found)} columns titled {column!r}; give the number of that for {role}")
+        raise DataError(
+            f"{table.name} has {len(found)} columns titled {column!r}; give the number of that for {role}"
+        )
     cure = nearest(column, [title.text for title in table.titles])
-    raise DataError(f"{table.name} has no column {column!r} for {role}; it has {_found(table)}{cure}")
+    raise DataError(
+        f"{table.name} has no column {column!r} for {role}; it has {_found(table)}{cure}"
+    )
 
 
 def _check_complete(table: Table, columns: Columns) -> None:
@@ -171,9 +184,17 @@ def _accel(table: Table, columns: Columns, accel: Floats, option: str | None) ->
     return convert(table.name, accel, ACCEL, unit, lambda: judge.accel_unit(accel))
 
 
-def _gyro(table: Table, columns: Columns, gyro: Floats, accel: Floats, option: str | None) -> Floats:
+def _gyro(
+    table: Table, columns: Columns, gyro: Floats, accel: Floats, option: str | None
+) -> Floats:
     unit = option or _stated(table, [columns[role] for role in GYRO_ROLES], GYRO)
-    return convert(table.name, gyro, GYRO, unit, lambda: judge.gyro_unit(gyro, accel) or _canonical(table, "rad/s"))
+    return convert(
+        table.name,
+        gyro,
+        GYRO,
+        unit,
+        lambda: judge.gyro_unit(gyro, accel) or _canonical(table, "rad/s"),
+    )
 
 
 def _canonical(table: Table, unit: str) -> str | None:
@@ -186,7 +207,9 @@ def _stated(table: Table, indices: Sequence[int], quantity: Quantity) -> str | N
     titles = [table.titles[index] for index in indices] if table.titles else []
     units = {_unit_of(table, title, quantity) for title in titles if title.unit}
     if len(units) > 1:
-        raise DataError(f"{table.name}: the titles give {quantity.name} more than one unit: {', '.join(sorted(units))}")
+        raise DataError(
+            f"{table.name}: the titles give {quantity.name} more than one unit: {', '.join(sorted(units))}"
+        )
     return units.pop() if units else None
 
 
@@ -214,7 +237,13 @@ def _extra(
     indices = [columns[role] for role in roles]
     try:
         values = table.columns(indices)
-        return convert(table.name, values, quantity, _stated(table, indices, quantity), lambda: judge_unit(values))
+        return convert(
+            table.name,
+            values,
+            quantity,
+            _stated(table, indices, quantity),
+            lambda: judge_unit(values),
+        )
     except DataError as error:
         warnings.warn(f"{error}; {quantity.name} is left out", FootnavWarning, stacklevel=2)
         return None

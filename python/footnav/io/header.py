@@ -1,7 +1,7 @@
 """What the titles of columns mean.
 
-Liberal in spelling ("ax", "Acc_X", "accelerometer x [g]", "accX_mps2"), strict in meaning: a title with a word that is
-not known here ("free acc x", "gravity_x") is left alone.
+Liberal in spelling ("ax", "Acc_X", "accelerometer x [g]", "accX_mps2"), strict in meaning: a title
+with a word that is not known here ("free acc x", "gravity_x") is left alone.
 """
 
 import re

@@ -1,6 +1,7 @@
 """Units judged from the values, for files that do not state them.
 
-Each function returns a unit only where no other one is plausible for an IMU on a foot, and None when in doubt.
+Each function returns a unit only where no other one is plausible for an IMU on a foot, and None
+when in doubt.
 """
 
 import numpy as np
@@ -33,9 +34,10 @@ def accel_unit(accel: Floats) -> str | None:
 def gyro_unit(gyro: Floats, accel: Floats) -> str | None:
     """Judge the unit of the angular rate, shape (n, 3); `accel` is the specific force, shape (n, 3), m/s^2.
 
-    A walking foot peaks at 4 to 17 rad/s, that is 230 to 1000 deg/s.  Beyond 60 the values are deg/s; 2 to 40 are rad/s
-    if the accelerometer shows that the foot was walking, since a foot that turns at 40 deg/s only does not strike the
-    ground.  The rest, a sensor on a table above all, could be either.
+    A walking foot peaks at 4 to 17 rad/s, that is 230 to 1000 deg/s.  Beyond 60 the values are
+    deg/s; 2 to 40 are rad/s if the accelerometer shows that the foot was walking, since a foot that
+    turns at 40 deg/s only does not strike the ground.  The rest, a sensor on a table above all,
+    could be either.
     """
     peak = float(np.linalg.norm(gyro, axis=1).max())
     if peak > 60:

@@ -31,7 +31,9 @@ def sniff(table: Table) -> str | None:
     """Return the format of a table without titles that holds integers only, or None."""
     widths = {1 + count * len(REQUIRED): form for form, count in _SENSORS.items()}
     fits = not table.titles and table.width in widths
-    return widths[table.width] if fits and not any("." in line for line in table.lines[:100]) else None
+    return (
+        widths[table.width] if fits and not any("." in line for line in table.lines[:100]) else None
+    )
 
 
 def read(table: Table, options: Options, form: str) -> Samples:
@@ -54,17 +56,23 @@ def read(table: Table, options: Options, form: str) -> Samples:
     Raises
     ------
     ConfigError
-        A range or the foot is missing or not one of the sensor's, or an option does not fit the format.
+        A range or the foot is missing or not one of the sensor's, or an option does not fit the
+        format.
     DataError
         A column is missing, or a value is not a 16-bit integer.
     """
-    options.refuse(form, "accel_unit", "gyro_unit", *(["foot"] if form == "mpu6050" else ["columns"]))
+    options.refuse(
+        form, "accel_unit", "gyro_unit", *(["foot"] if form == "mpu6050" else ["columns"])
+    )
     accel_range = _full_scale(table.name, "accel_range", "g", options.accel_range, ACCEL_RANGES)
     gyro_range = _full_scale(table.name, "gyro_range", "deg/s", options.gyro_range, GYRO_RANGES)
     columns = _columns(table, options, form)
     counts = _counts(table, columns)
     t = delimited.read_time(table, columns, options.t_unit, default="ms")
-    full_scale_accel, full_scale_gyro = accel_range * ACCEL.scale["g"], gyro_range * GYRO.scale["deg/s"]
+    full_scale_accel, full_scale_gyro = (
+        accel_range * ACCEL.scale["g"],
+        gyro_range * GYRO.scale["deg/s"],
+    )
     return Samples(
         t=stamps(table.name, t, len(counts), options.rate_hz),
         accel=counts[:, :3] / FULL_SCALE_COUNTS * full_scale_accel,
@@ -74,10 +82,14 @@ def read(table: Table, options: Options, form: str) -> Samples:
     )
 
 
-def _full_scale(name: str, label: str, unit: str, value: float | None, known: tuple[int, ...]) -> float:
+def _full_scale(
+    name: str, label: str, unit: str, value: float | None, known: tuple[int, ...]
+) -> float:
     choices = ", ".join(map(str, known))
     if value is None:
-        raise ConfigError(f"{name} holds raw counts, which do not tell their range; give {label} in {unit}: {choices}")
+        raise ConfigError(
+            f"{name} holds raw counts, which do not tell their range; give {label} in {unit}: {choices}"
+        )
     if value not in known:
         raise ConfigError(f"{label} is {value:g} {unit}; an MPU6050 has {choices}")
     return value
@@ -88,10 +100,14 @@ def _columns(table: Table, options: Options, form: str) -> delimited.Columns:
         return delimited.locate(table, options.columns or {})
     if table.titles:
         titles = ", ".join(repr(title.text) for title in table.titles)
-        raise DataError(f"{table.name}: a file of format {form!r} has no header, but this one has {titles}")
+        raise DataError(
+            f"{table.name}: a file of format {form!r} has no header, but this one has {titles}"
+        )
     samples = _SENSORS[form] * len(REQUIRED)
     if table.width not in (samples, samples + 1):
-        raise DataError(f"{table.name} has {table.width} columns; format {form!r} has ms and {samples} counts")
+        raise DataError(
+            f"{table.name} has {table.width} columns; format {form!r} has ms and {samples} counts"
+        )
     stamped = table.width - samples
     first = stamped + _sensor(table.name, options, form) * len(REQUIRED)
     columns = {role: first + k for k, role in enumerate(REQUIRED)}
@@ -102,14 +118,18 @@ def _sensor(name: str, options: Options, form: str) -> int:
     if form == "mpu6050":
         return 0
     if options.foot is None:
-        raise ConfigError(f'{name} holds the sensors of both feet; give foot="left" or foot="right"')
+        raise ConfigError(
+            f'{name} holds the sensors of both feet; give foot="left" or foot="right"'
+        )
     return ("left", "right").index(options.foot)
 
 
 def _counts(table: Table, columns: delimited.Columns) -> Floats:
     indices = [columns[role] for role in REQUIRED]
     counts = table.columns(indices)
-    bad = np.argwhere((counts != np.rint(counts)) | (counts < -FULL_SCALE_COUNTS) | (counts >= FULL_SCALE_COUNTS))
+    bad = np.argwhere(
+        (counts != np.rint(counts)) | (counts < -FULL_SCALE_COUNTS) | (counts >= FULL_SCALE_COUNTS)
+    )
     if bad.size:
         row, column = bad[0]
         raise DataError(

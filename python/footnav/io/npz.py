@@ -51,7 +51,9 @@ def read(data: bytes, name: str, options: Options) -> Samples:
     missing = [label for label in ("accel", "gyro") if label not in arrays]
     if missing:
         found = ", ".join(arrays) or "none of them"
-        raise DataError(f"{name}: expected the arrays t, accel and gyro, found {found}; missing {', '.join(missing)}")
+        raise DataError(
+            f"{name}: expected the arrays t, accel and gyro, found {found}; missing {', '.join(missing)}"
+        )
     accel = to_si(arrays["accel"], ACCEL, options.accel_unit or "m/s^2")
     t = to_si(arrays["t"], TIME, options.t_unit or "s") if "t" in arrays else None
     return Samples(
@@ -77,7 +79,9 @@ def _load(data: bytes, name: str) -> dict[str, Floats]:
 
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            found: dict[str, Any] = {label: archive[label] for label in archive.files if label in _LABELS}
+            found: dict[str, Any] = {
+                label: archive[label] for label in archive.files if label in _LABELS
+            }
     except (BadZipFile, ValueError, OSError, EOFError, KeyError) as error:
         raise DataError(f"{name} cannot be read as a NumPy .npz file: {error}") from None
     return {label: to_floats(f"{name}: {label}", values) for label, values in found.items()}

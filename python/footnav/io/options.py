@@ -55,7 +55,9 @@ class Options:
         """Raise ConfigError if an option is given that a file of format `form` has no use for."""
         for label in labels:
             if getattr(self, label) is not None:
-                raise ConfigError(f"{label} has no meaning for a file of format {form!r}; leave it out")
+                raise ConfigError(
+                    f"{label} has no meaning for a file of format {form!r}; leave it out"
+                )
 
 
 def rotation(axes: str) -> Floats:
@@ -76,9 +78,13 @@ def rotation(axes: str) -> Floats:
     ConfigError
         The text is not three signed letters, or the axes are not right-handed.
     """
-    parts = re.fullmatch(r"\s*([+-]?[xyz])\s*,\s*([+-]?[xyz])\s*,\s*([+-]?[xyz])\s*", axes, re.IGNORECASE)
+    parts = re.fullmatch(
+        r"\s*([+-]?[xyz])\s*,\s*([+-]?[xyz])\s*,\s*([+-]?[xyz])\s*", axes, re.IGNORECASE
+    )
     if not parts:
-        raise ConfigError(f'axes is {axes!r}; expected three of x, y, z with their signs, such as "y,-x,z"')
+        raise ConfigError(
+            f'axes is {axes!r}; expected three of x, y, z with their signs, such as "y,-x,z"'
+        )
     matrix = np.zeros((3, 3))
     for row, part in enumerate(parts.groups()):
         matrix[row, "xyz".index(part[-1].lower())] = -1.0 if part[0] == "-" else 1.0
@@ -86,13 +92,17 @@ def rotation(axes: str) -> Floats:
     if determinant == 0:
         raise ConfigError(f"axes is {axes!r}; each of x, y and z must appear once")
     if determinant < 0:
-        raise ConfigError(f"axes is {axes!r}, which mirrors the sensor; a right-handed one has one sign fewer or more")
+        raise ConfigError(
+            f"axes is {axes!r}, which mirrors the sensor; a right-handed one has one sign fewer or more"
+        )
     return matrix
 
 
 def _check_choice(label: str, value: object, known: Collection[str]) -> None:
     if value is not None and value not in known:
-        raise ConfigError(f"{label} is {value!r}; expected one of {', '.join(known)}{nearest(str(value), known)}")
+        raise ConfigError(
+            f"{label} is {value!r}; expected one of {', '.join(known)}{nearest(str(value), known)}"
+        )
 
 
 def _check_positive(label: str, value: object) -> None:
@@ -106,6 +116,10 @@ def _check_positive(label: str, value: object) -> None:
 def _check_columns(columns: Mapping[str, str | int]) -> None:
     for role, column in columns.items():
         if role not in ROLES:
-            raise ConfigError(f"columns names {role!r}; expected one of {', '.join(ROLES)}{nearest(str(role), ROLES)}")
+            raise ConfigError(
+                f"columns names {role!r}; expected one of {', '.join(ROLES)}{nearest(str(role), ROLES)}"
+            )
         if isinstance(column, bool) or not isinstance(column, str | int):
-            raise ConfigError(f"columns[{role!r}] is {column!r}; expected the title or the number of a column")
+            raise ConfigError(
+                f"columns[{role!r}] is {column!r}; expected the title or the number of a column"
+            )

@@ -62,7 +62,9 @@ def stamps(name: str, t: Floats | None, n: int, rate_hz: float | None) -> Floats
     return np.arange(n) / rate_hz
 
 
-def convert(name: str, values: Floats, quantity: Quantity, unit: str | None, judge: Callable[[], str | None]) -> Floats:
+def convert(
+    name: str, values: Floats, quantity: Quantity, unit: str | None, judge: Callable[[], str | None]
+) -> Floats:
     """Convert to SI, from `unit` or else from the unit that `judge` finds in the values.
 
     Parameters
@@ -91,7 +93,11 @@ def convert(name: str, values: Floats, quantity: Quantity, unit: str | None, jud
     found = unit or judge()
     if found is None:
         choices = ", ".join(quantity.scale)
-        cure = f"give {quantity.option} ({choices})" if quantity.option else f"write it in the title ({choices})"
+        cure = (
+            f"give {quantity.option} ({choices})"
+            if quantity.option
+            else f"write it in the title ({choices})"
+        )
         raise DataError(
             f"{name} does not state the unit of {quantity.name}, and the values leave it open; {cure}{quantity.hint}"
         )

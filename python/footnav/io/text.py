@@ -1,8 +1,8 @@
 """Delimited text as loggers write it: rows of numbers, with or without titles.
 
-Blank lines, comment lines (#), trailing delimiters, byte order marks, quotes and decimal commas (beside another
-delimiter) are understood.  A last line that was cut off is dropped with a warning; any other defect is an error with
-its line number.
+Blank lines, comment lines (#), trailing delimiters, byte order marks, quotes and decimal commas
+(beside another delimiter) are understood.  A last line that was cut off is dropped with a warning;
+any other defect is an error with its line number.
 """
 
 import codecs
@@ -70,7 +70,9 @@ class Table:
             A cell is not a finite number.
         """
         try:
-            values = np.loadtxt(self.lines, delimiter=self.delimiter, usecols=indices, comments=None, ndmin=2)
+            values = np.loadtxt(
+                self.lines, delimiter=self.delimiter, usecols=indices, comments=None, ndmin=2
+            )
         except ValueError as error:
             raise self._bad_cell(indices) or DataError(f"{self.name}: {error}") from None
         self._check_finite(values, indices)
@@ -82,7 +84,9 @@ class Table:
             for column in indices:
                 if not is_number(cells[column]):
                     found = repr(cells[column].strip()) if cells[column].strip() else "empty"
-                    return DataError(f"{self.name}, line {number}: {self.title(column)} is {found}; expected a number")
+                    return DataError(
+                        f"{self.name}, line {number}: {self.title(column)} is {found}; expected a number"
+                    )
         return None
 
     def _check_finite(self, values: Floats, indices: Sequence[int]) -> None:
@@ -120,7 +124,11 @@ def parse(data: bytes, name: str) -> Table:
         The last line was cut off and is left out.
     """
     text = _decode(data, name).replace("\r\n", "\n").replace("\r", "\n").replace('"', "")
-    content = [(number, line) for number, line in enumerate(text.split("\n"), 1) if line and not line.isspace()]
+    content = [
+        (number, line)
+        for number, line in enumerate(text.split("\n"), 1)
+        if line and not line.isspace()
+    ]
     rows = [row for row in content if not _is_comment(row[1])] if "#" in text else content
     if not rows:
         raise DataError(f"{name} is empty: it has no row of samples")
@@ -128,7 +136,9 @@ def parse(data: bytes, name: str) -> Table:
     delimiter = _delimiter(rows[len(rows) // 2][1])
     first = next((k for k, (_, line) in enumerate(rows) if _is_data(line, delimiter)), len(rows))
     if first == len(rows):
-        raise DataError(f"{name}, line {rows[0][0]}: no row of numbers was found; the file begins {rows[0][1][:60]!r}")
+        raise DataError(
+            f"{name}, line {rows[0][0]}: no row of numbers was found; the file begins {rows[0][1][:60]!r}"
+        )
     head = [line for number, line in content if number < rows[first][0]]
     body = rows[first:]
     titles = _titles(head, delimiter)
@@ -209,11 +219,15 @@ def _whole_rows(
     """Return the rows that have `width` cells: all of them, or all but a last one that was cut off."""
     for place, (number, line) in enumerate(rows):
         count = _cell_count(line, delimiter)
-        if count == width or (count == width + 1 and delimiter and line.rstrip(" ").endswith(delimiter)):
+        if count == width or (
+            count == width + 1 and delimiter and line.rstrip(" ").endswith(delimiter)
+        ):
             continue
         if place == len(rows) - 1 and place > 0 and count < width:
             return _without_last(rows, name, f"{count} of {width} cells")
-        raise DataError(f"{name}, line {number}: {count} cell(s), expected {width}: {line.strip()[:80]!r}")
+        raise DataError(
+            f"{name}, line {number}: {count} cell(s), expected {width}: {line.strip()[:80]!r}"
+        )
     last = split(rows[-1][1], delimiter)[width - 1]
     if cut and len(rows) > 1 and last in ("", "-", "+", ".", "-."):
         return _without_last(rows, name, f"the last cell is {last!r}")

@@ -44,8 +44,16 @@ def spelling(text: str) -> str:
     return re.sub(r"[^a-z0-9]", "", text)
 
 
-_SYMBOLS = str.maketrans({"µ": "u", "μ": "u", "²": "2", "°": "deg", "º": "deg", "\N{DEGREE CELSIUS}": "degc"})
-_WORDS = ((r"degrees?", "deg"), (r"radians?", "rad"), (r"sec(ond)?s?", "s"), (r"met(er|re)s?", "m"), (r"tesla", "t"))
+_SYMBOLS = str.maketrans(
+    {"µ": "u", "μ": "u", "²": "2", "°": "deg", "º": "deg", "\N{DEGREE CELSIUS}": "degc"}
+)
+_WORDS = (
+    (r"degrees?", "deg"),
+    (r"radians?", "rad"),
+    (r"sec(ond)?s?", "s"),
+    (r"met(er|re)s?", "m"),
+    (r"tesla", "t"),
+)
 
 TIME = Quantity(
     "time",
@@ -63,14 +71,30 @@ ACCEL = Quantity(
 GYRO = Quantity(
     "the gyroscope",
     {"rad/s": 1.0, "deg/s": math.pi / 180},
-    {"rads": "rad/s", "rads1": "rad/s", "radps": "rad/s", "degs": "deg/s", "degs1": "deg/s", "degps": "deg/s"}
+    {
+        "rads": "rad/s",
+        "rads1": "rad/s",
+        "radps": "rad/s",
+        "degs": "deg/s",
+        "degs1": "deg/s",
+        "degps": "deg/s",
+    }
     | {"dps": "deg/s"},
     "gyro_unit",
 )
 MAG = Quantity(
     "the magnetometer",
     {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
-    {"t": "T", "mt": "mT", "ut": "uT", "microt": "uT", "nt": "nT", "g": "G", "gs": "G", "gauss": "G"}
+    {
+        "t": "T",
+        "mt": "mT",
+        "ut": "uT",
+        "microt": "uT",
+        "nt": "nT",
+        "g": "G",
+        "gs": "G",
+        "gauss": "G",
+    }
     | {"mg": "mG", "mgauss": "mG", "milligauss": "mG"},
 )
 PRESSURE = Quantity(
@@ -103,5 +127,6 @@ def to_si(values: Floats, quantity: Quantity, unit: str) -> Floats:
         The same shape, SI.
     """
     scale = quantity.scale[unit]
-    # A thousandth has no exact binary form; dividing by the thousand keeps decimal stamps correctly rounded.
+    # A thousandth has no exact binary form; dividing by the thousand keeps decimal stamps correctly
+    # rounded.
     return values / round(1 / scale) if scale < 1 and quantity is TIME else values * scale

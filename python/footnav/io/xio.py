@@ -8,7 +8,9 @@ from footnav.io.text import Table
 
 _TIME = ("Time (s)", "Timestamp (us)")
 _SENSORS = tuple(
-    f"{sensor} {axis} ({unit})" for sensor, unit in (("Gyroscope", "deg/s"), ("Accelerometer", "g")) for axis in "XYZ"
+    f"{sensor} {axis} ({unit})"
+    for sensor, unit in (("Gyroscope", "deg/s"), ("Accelerometer", "g"))
+    for axis in "XYZ"
 )
 
 

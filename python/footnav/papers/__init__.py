@@ -48,7 +48,9 @@ def experiments_of(paper: str | None = None, data: Path | None = None) -> tuple[
     """
     if paper is not None and paper not in PAPERS:
         known = ", ".join(PAPERS)
-        raise ConfigError(f"unknown paper {paper!r}: the known ones are {known}{nearest(paper, list(PAPERS))}")
+        raise ConfigError(
+            f"unknown paper {paper!r}: the known ones are {known}{nearest(paper, list(PAPERS))}"
+        )
     experiments: list[Experiment] = []
     for name in [paper] if paper is not None else PAPERS:
         experiments += PAPERS[name]()

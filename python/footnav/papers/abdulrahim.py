@@ -12,7 +12,16 @@ import numpy as np
 from footnav.config import Config, Correction, Sensor, Smoother
 from footnav.detectors import MagnitudeDebounced
 from footnav.errors import DataError
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, Walk, armse, gait_at, standing
+from footnav.papers.experiment import (
+    ZUPT_ALONE,
+    Approach,
+    Experiment,
+    Simulated,
+    Walk,
+    armse,
+    gait_at,
+    standing,
+)
 from footnav.recording import Recording
 from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
 
@@ -46,7 +55,9 @@ CLIPPING = SensorErrors(
     ),
 )
 """A sensor of the 3DM-GX1's class: 3.5 deg/√h, 0.4 mg/√Hz, biases of 0.35 deg/s and 5 mg, scale 0.2 %."""
-WIDE = CLIPPING.replace(accel=CLIPPING.accel.replace(range=None), gyro=CLIPPING.gyro.replace(range=None))
+WIDE = CLIPPING.replace(
+    accel=CLIPPING.accel.replace(range=None), gyro=CLIPPING.gyro.replace(range=None)
+)
 
 FLOORS, RISERS, RISER, TREAD = 4, 20, 0.17, 0.29
 """Flights, risers in a flight, and height and depth of each, m."""
@@ -57,7 +68,11 @@ TO_LIFT = 3.0
 
 SIX = (("DR", "dr"), ("KF", "kf"))
 """Names of the filters of the six approaches, and their kinds."""
-CORRECTIONS: tuple[tuple[str, Literal["none", "lwi", "rv"]], ...] = (("", "none"), ("+LWI", "lwi"), ("+RV", "rv"))
+CORRECTIONS: tuple[tuple[str, Literal["none", "lwi", "rv"]], ...] = (
+    ("", "none"),
+    ("+LWI", "lwi"),
+    ("+RV", "rv"),
+)
 """Names of the corrections, and their kinds."""
 
 TABLE_1 = {"DR": 3148.0, "DR+LWI": 25.84, "DR+RV": 6.16, "KF": 2.04, "KF+LWI": 1.89, "KF+RV": 1.81}
@@ -86,7 +101,9 @@ def _six(paper: dict[str, float]) -> tuple[Approach, ...]:
     return tuple(
         Approach(
             name + suffix,
-            BASE.replace(filter=BASE.filter.replace(kind=kind), correction=Correction(kind=correction)),
+            BASE.replace(
+                filter=BASE.filter.replace(kind=kind), correction=Correction(kind=correction)
+            ),
             paper=paper.get(name + suffix),
             ranges_known=False,
         )
@@ -97,7 +114,9 @@ def _six(paper: dict[str, float]) -> tuple[Approach, ...]:
 
 def _all(paper: dict[str, float]) -> tuple[Approach, ...]:
     six = _six(paper)
-    known = tuple(Approach(one.name + KNOWN, one.config) for one in six if one.config.filter.kind == "kf")
+    known = tuple(
+        Approach(one.name + KNOWN, one.config) for one in six if one.config.filter.kind == "kf"
+    )
     return six + known
 
 
@@ -126,10 +145,20 @@ def experiments() -> tuple[Experiment, ...]:
     length = _length(indoors())
     title = "four floors, loop, lift"
     return (
-        Experiment("P3", f"{title}, clipped", clipped, _all(TABLE_1), length, note="300 deg/s and 5 g"),
-        Experiment("P3", f"{title}, not clipped", wide, _six({}), length, note="ranges that hold the foot"),
         Experiment(
-            "P3", f"{title}, along the way", clipped, SMOOTHERS, length, measure=armse, note="ARMSE; 300 deg/s and 5 g"
+            "P3", f"{title}, clipped", clipped, _all(TABLE_1), length, note="300 deg/s and 5 g"
+        ),
+        Experiment(
+            "P3", f"{title}, not clipped", wide, _six({}), length, note="ranges that hold the foot"
+        ),
+        Experiment(
+            "P3",
+            f"{title}, along the way",
+            clipped,
+            SMOOTHERS,
+            length,
+            measure=armse,
+            note="ARMSE; 300 deg/s and 5 g",
         ),
     )
 
@@ -140,7 +169,8 @@ def recorded(data: Path) -> tuple[Experiment, ...]:
     Parameters
     ----------
     data : Path
-        Folder with the folders ``openshoe`` (closed walks) and ``vicon`` (walks under motion capture).
+        Folder with the folders ``openshoe`` (closed walks) and ``vicon`` (walks under motion
+        capture).
 
     Returns
     -------
@@ -156,7 +186,14 @@ def recorded(data: Path) -> tuple[Experiment, ...]:
     openshoe, vicon = (Clipped.of(data / name) for name in ("openshoe", "vicon"))
     return (
         Experiment("P3", "OpenShoe, clipped", openshoe, _all({}), note=note),
-        Experiment("P3", "vicon, clipped", vicon, (*_all({}), *SMOOTHERS[1:]), measure=armse, note=f"ARMSE; {note}"),
+        Experiment(
+            "P3",
+            "vicon, clipped",
+            vicon,
+            (*_all({}), *SMOOTHERS[1:]),
+            measure=armse,
+            note=f"ARMSE; {note}",
+        ),
     )
 
 

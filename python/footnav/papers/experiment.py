@@ -25,7 +25,9 @@ JOGGING = 2.0
 JOG_DURATION = 0.9
 """Stride of a slow jog, s."""
 
-ZUPT_ALONE = Filter(zero_angular_rate=False, rolling_rate=0.0, angular_rate_noise=6.0e-4, covariance_interval=0.0)
+ZUPT_ALONE = Filter(
+    zero_angular_rate=False, contact_rate=0.0, angular_rate_noise=6.0e-4, covariance_interval=0.0
+)
 """What the filters of the papers have in common: a foot in stance has no velocity, and nothing else is known of it."""
 
 
@@ -38,7 +40,8 @@ class Walk:
     recording : Recording
         The samples.
     truth : (n, 3) ndarray, optional
-        Positions, n, m, one for each sample; None for a walk of which it is only known that it ends where it began.
+        Positions, n, m, one for each sample; None for a walk of which it is only known that it ends
+        where it began.
     """
 
     recording: Recording
@@ -82,7 +85,9 @@ class Simulated:
 
     def load(self, number: int) -> Walk:
         """Simulate the walk whose seed is `number`."""
-        recording, truth = simulate(self.route, self.gait, self.sensor, number, rate_hz=self.rate_hz)
+        recording, truth = simulate(
+            self.route, self.gait, self.sensor, number, rate_hz=self.rate_hz
+        )
         return Walk(recording, truth.position)
 
 
@@ -171,8 +176,9 @@ class Experiment:
 def gait_at(speed: float, **changes: float) -> Gait:
     """Return a gait for a speed; corners are rounded on the way.
 
-    Up to 2 m/s stride length and cadence share the change of speed equally; from there on it is a slow jog with a
-    stride of 0.9 s, since a simulated foot that runs faster is accelerated more than a real one.
+    Up to 2 m/s stride length and cadence share the change of speed equally; from there on it is a
+    slow jog with a stride of 0.9 s, since a simulated foot that runs faster is accelerated more
+    than a real one.
 
     Parameters
     ----------
@@ -190,14 +196,20 @@ def gait_at(speed: float, **changes: float) -> Gait:
         gait, duration = Gait.preset("run"), JOG_DURATION
     else:
         gait = Gait.preset("walk")
-        duration = gait.stride_duration * math.sqrt(gait.stride_length / gait.stride_duration / speed)
-    return gait.replace(stride_length=speed * duration, stride_duration=duration, sharpest_curve=2.0, **changes)
+        duration = gait.stride_duration * math.sqrt(
+            gait.stride_length / gait.stride_duration / speed
+        )
+    return gait.replace(
+        stride_length=speed * duration, stride_duration=duration, sharpest_curve=2.0, **changes
+    )
 
 
 def standing(duration: float, **settings: Any) -> Alignment:
     """Return an alignment on a person who stands, s.
 
-    A foot on the ground sways without turning away, so the mean of its rate falls with the time that it is averaged
-    over; what is left after a second is the default of the settings.
+    A foot on the ground sways without turning away, so the mean of its rate falls with the time
+    that it is averaged over; what is left after a second is the default of the settings.
     """
-    return Alignment(duration=duration, gyro_bias_std=Alignment().gyro_bias_std / duration, **settings)
+    return Alignment(
+        duration=duration, gyro_bias_std=Alignment().gyro_bias_std / duration, **settings
+    )

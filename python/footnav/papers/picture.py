@@ -51,7 +51,12 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
     _draw_tracks(outcomes, _axes(from_above, "x or east (m)", "y or north (m)"))
     _draw_errors(outcomes, _axes(errors, f"error ({experiment.unit})", ""))
     figure.suptitle(
-        f"{experiment.paper}: {experiment.title}", x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK
+        f"{experiment.paper}: {experiment.title}",
+        x=0.01,
+        ha="left",
+        fontsize=12,
+        fontweight="bold",
+        color=INK,
     )
     path = folder / f"{_file_name(f'{experiment.paper} {experiment.title}')}.png"
     with replacing(path) as file:
@@ -70,7 +75,9 @@ def _draw_tracks(outcomes: Sequence[Outcome], ax: Axes) -> None:
         ax.plot(*position[:, :2].T, color=colour, lw=0.8, alpha=0.8)
     if walk.truth is not None:
         ax.plot(*frame[:, :2].T, color=TRUTH, lw=1.2, dashes=(4, 2), label="truth")
-        ax.legend(loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8, borderaxespad=0)
+        ax.legend(
+            loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8, borderaxespad=0
+        )
     low, high = frame[:, :2].min(axis=0), frame[:, :2].max(axis=0)
     margin = MARGIN * float((high - low).max())
     ax.set_xlim(low[0] - margin, high[0] + margin)
@@ -81,7 +88,13 @@ def _draw_tracks(outcomes: Sequence[Outcome], ax: Axes) -> None:
 def _draw_errors(outcomes: Sequence[Outcome], ax: Axes) -> None:
     """Draw the median and what 90 % of the walks stay within, and where the paper is."""
     for place, (colour, outcome) in enumerate(zip(_shades(len(outcomes)), outcomes, strict=True)):
-        ax.plot([outcome.median, outcome.p90], [place, place], color=colour, lw=2.5, solid_capstyle="butt")
+        ax.plot(
+            [outcome.median, outcome.p90],
+            [place, place],
+            color=colour,
+            lw=2.5,
+            solid_capstyle="butt",
+        )
         ax.plot(outcome.median, place, "o", color=colour, ms=6)
         if outcome.approach.paper is not None:
             ax.plot(outcome.approach.paper, place, "D", mfc="none", mec=INK, ms=6)
@@ -94,7 +107,13 @@ def _draw_errors(outcomes: Sequence[Outcome], ax: Axes) -> None:
     ax.invert_yaxis()
     ax.grid(visible=True, axis="x", color="#EEEEEE", lw=0.6)
     ax.set_axisbelow(True)
-    ax.set_title("dot: median, bar: to 90 % of the walks, diamond: paper", loc="right", fontsize=8, color=FAINT, pad=2)
+    ax.set_title(
+        "dot: median, bar: to 90 % of the walks, diamond: paper",
+        loc="right",
+        fontsize=8,
+        color=FAINT,
+        pad=2,
+    )
 
 
 def _shades(count: int) -> list[str]:

@@ -30,7 +30,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     paper : float or None
         The paper's figure, in `unit`.
     ours_median, ours_p90 : float or None
-        Median of ours, and what 90 % of the walks stay within, in `unit`; None where nothing was run.
+        Median of ours, and what 90 % of the walks stay within, in `unit`; None where nothing was
+        run.
     unit : str
         "%" of the distance, or "m".
     distance : float or None

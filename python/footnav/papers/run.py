@@ -83,7 +83,10 @@ def run(
     with warnings.catch_warnings(), ThreadPoolExecutor(os.cpu_count()) as executor:
         warnings.simplefilter("ignore", FootnavWarning)
         futures = [
-            [executor.submit(_figures, experiment, number) for number in range(experiment.walks.count(seeds))]
+            [
+                executor.submit(_figures, experiment, number)
+                for number in range(experiment.walks.count(seeds))
+            ]
             for experiment in experiments
         ]
         try:
@@ -94,12 +97,16 @@ def run(
         Outcome(experiment, approach, figures)
         for experiment, of_walks in zip(experiments, futures, strict=True)
         for approach, figures in zip(
-            experiment.approaches, zip(*(future.result() for future in of_walks), strict=True), strict=True
+            experiment.approaches,
+            zip(*(future.result() for future in of_walks), strict=True),
+            strict=True,
         )
     ]
 
 
-def _wait(futures: list[Future[tuple[float, ...]]], progress: Callable[[float], None] | None) -> None:
+def _wait(
+    futures: list[Future[tuple[float, ...]]], progress: Callable[[float], None] | None
+) -> None:
     """Wait for all, or raise what the first that fails raises."""
     for done, future in enumerate(as_completed(futures), start=1):
         future.result()
@@ -117,4 +124,7 @@ def follow(approach: Approach, recording: Recording) -> Trajectory:
 def _figures(experiment: Experiment, number: int) -> tuple[float, ...]:
     """Return the figure of each approach on one walk."""
     walk = experiment.walks.load(number)
-    return tuple(experiment.figure(follow(approach, walk.recording), walk) for approach in experiment.approaches)
+    return tuple(
+        experiment.figure(follow(approach, walk.recording), walk)
+        for approach in experiment.approaches
+    )

@@ -26,7 +26,8 @@ TRIALS = (
 """Table 3: speed (m/s), duration (s), error with IAA and without (m)."""
 
 ZUPT = Config.preset("mti-g710").replace(
-    # No rest is quiet enough, so the gyroscope's bias is not averaged at the start: the paper does not say that it was.
+    # No rest is quiet enough, so the gyroscope's bias is not averaged at the start: the paper does
+    # not say that it was.
     alignment=Alignment(rest_gyro_std=1e-9),
     mechanization=Mechanization(kind="first-order"),
     detector=WindowedEnergies(),
@@ -45,14 +46,27 @@ def _approaches(iaa: float, zupt: float | None) -> tuple[Approach, ...]:
         Approach("ZUPT", ZUPT, paper=zupt),
         Approach("ZUPT + gravity", GRAVITY, note="the roll and pitch part of IAA"),
         Approach("ZUPT + IAA", IAA, paper=iaa),
-        Approach("ZUPT, gyro averaged", ZUPT.replace(alignment=AVERAGED), note="over 10 s of rest at the start"),
-        Approach("ZUPT + IAA, gyro averaged", IAA.replace(alignment=AVERAGED), note="over 10 s of rest at the start"),
+        Approach(
+            "ZUPT, gyro averaged",
+            ZUPT.replace(alignment=AVERAGED),
+            note="over 10 s of rest at the start",
+        ),
+        Approach(
+            "ZUPT + IAA, gyro averaged",
+            IAA.replace(alignment=AVERAGED),
+            note="over 10 s of rest at the start",
+        ),
     )
 
 
-def _experiment(title: str, speed: float, distance: float, approaches: tuple[Approach, ...]) -> Experiment:
+def _experiment(
+    title: str, speed: float, distance: float, approaches: tuple[Approach, ...]
+) -> Experiment:
     walks = Simulated(
-        Route.rectangle(distance / 3, distance / 6), gait_at(speed, rest_before=REST + 1.0), SENSOR, RATE_HZ
+        Route.rectangle(distance / 3, distance / 6),
+        gait_at(speed, rest_before=REST + 1.0),
+        SENSOR,
+        RATE_HZ,
     )
     return Experiment("P2", title, walks, approaches, distance=distance, note=NOTE)
 
@@ -60,9 +74,16 @@ def _experiment(title: str, speed: float, distance: float, approaches: tuple[App
 def experiments() -> tuple[Experiment, ...]:
     """Return the rectangle and the six trials of table 3."""
     length, duration, error = RECTANGLE
-    rectangle = _experiment("300 m rectangle in 320 s", length / duration, length, _approaches(error, None))
+    rectangle = _experiment(
+        "300 m rectangle in 320 s", length / duration, length, _approaches(error, None)
+    )
     trials = (
-        _experiment(f"trial {number}: {speed:g} m/s, {duration:g} s", speed, speed * duration, _approaches(iaa, zupt))
+        _experiment(
+            f"trial {number}: {speed:g} m/s, {duration:g} s",
+            speed,
+            speed * duration,
+            _approaches(iaa, zupt),
+        )
         for number, (speed, duration, iaa, zupt) in enumerate(TRIALS, start=1)
     )
     return (rectangle, *trials)

@@ -10,13 +10,17 @@ LIMIT = 2.0
 """Every closed route of the paper ends within this percentage of its length."""
 
 STIM300 = SensorErrors.preset("stim300")
-UNCLIPPED = STIM300.replace(gyro=STIM300.gyro.replace(range=None), accel=STIM300.accel.replace(range=None))
+UNCLIPPED = STIM300.replace(
+    gyro=STIM300.gyro.replace(range=None), accel=STIM300.accel.replace(range=None)
+)
 
 REST = 10.0
 """Rest at the start, s; the paper does not give it."""
 GAIT = Gait.preset("walk").replace(rest_before=REST + 1.0)
 
-PUBLISHED = Config.preset("stim300").replace(alignment=standing(REST), detector=ThreeCondition(), filter=ZUPT_ALONE)
+PUBLISHED = Config.preset("stim300").replace(
+    alignment=standing(REST), detector=ThreeCondition(), filter=ZUPT_ALONE
+)
 APPROACHES = (Approach("ZUPT", PUBLISHED, paper=LIMIT, limit=LIMIT),)
 
 ROUTES = (

@@ -26,15 +26,21 @@ RESIDUAL = 1e-3
 """Scale error and misalignment that a calibration in six positions and on a turntable leaves."""
 
 CALIBRATED = UNCALIBRATED.replace(
-    accel=UNCALIBRATED.accel.replace(bias_std=ACCEL_BIAS, scale_std=RESIDUAL, misalignment_std=RESIDUAL),
-    gyro=UNCALIBRATED.gyro.replace(bias_std=GYRO_BIAS, scale_std=RESIDUAL, misalignment_std=RESIDUAL),
+    accel=UNCALIBRATED.accel.replace(
+        bias_std=ACCEL_BIAS, scale_std=RESIDUAL, misalignment_std=RESIDUAL
+    ),
+    gyro=UNCALIBRATED.gyro.replace(
+        bias_std=GYRO_BIAS, scale_std=RESIDUAL, misalignment_std=RESIDUAL
+    ),
 )
 
 COARSE, FINE = 10.0, 3.0
 """Rest for the two steps of the alignment, s; the paper has "a few seconds" for the second."""
 
 # The first and the last stride are half ones, so one stride more than the way has lengths.
-GAIT = Gait.preset("walk").replace(stride_length=NORTH / (STEPS / 2 - 1), rest_before=COARSE + FINE + 1.0)
+GAIT = Gait.preset("walk").replace(
+    stride_length=NORTH / (STEPS / 2 - 1), rest_before=COARSE + FINE + 1.0
+)
 
 PUBLISHED = Config.preset("mpu6050").replace(
     alignment=standing(COARSE, levelling="arcsine", heading_deg=0.0, fine_duration=FINE),
@@ -47,7 +53,11 @@ OTHER_DETECTOR = PUBLISHED.replace(detector=AdaptiveShoe())
 
 APPROACHES = (
     Approach("ZUPT", PUBLISHED, paper=LIMIT, limit=LIMIT),
-    Approach("ZUPT, footnav's detector", OTHER_DETECTOR, note="adaptive-shoe in place of the paper's detector"),
+    Approach(
+        "ZUPT, footnav's detector",
+        OTHER_DETECTOR,
+        note="adaptive-shoe in place of the paper's detector",
+    ),
 )
 INS = Approach("INS alone", UNAIDED, note="the paper shows that it diverges")
 
@@ -57,10 +67,21 @@ _SQUARE = Route.through([(0.0, 0.0), (0.0, SIDE), (SIDE, SIDE), (SIDE, 0.0), (0.
 
 def experiments() -> tuple[Experiment, ...]:
     """Return the paper's walks, with a sensor that was calibrated and one that was not."""
-    walks = (("19 m north", _NORTH, NORTH, APPROACHES), ("17 m square", _SQUARE, 4 * SIDE, (*APPROACHES, INS)))
+    walks = (
+        ("19 m north", _NORTH, NORTH, APPROACHES),
+        ("17 m square", _SQUARE, 4 * SIDE, (*APPROACHES, INS)),
+    )
     sensors = (
-        ("calibrated", CALIBRATED, "biases of the paper's stabilities, scale and misalignment of 0.1 %"),
-        ("uncalibrated", UNCALIBRATED, "biases of 20 mg and 1 deg/s, scale 1 %, misalignment 0.7 %"),
+        (
+            "calibrated",
+            CALIBRATED,
+            "biases of the paper's stabilities, scale and misalignment of 0.1 %",
+        ),
+        (
+            "uncalibrated",
+            UNCALIBRATED,
+            "biases of 20 mg and 1 deg/s, scale 1 %, misalignment 0.7 %",
+        ),
     )
     return tuple(
         Experiment(

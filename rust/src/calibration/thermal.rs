@@ -1,12 +1,13 @@
 //! One sensor's correction as a function of the temperature of its die.
 //!
-//! The error model is that of Tedaldi, Pretto and Menegatti, "A robust and easy to implement method for IMU calibration without external equipments",
-//! ICRA 2014, eqs. 5-8, with a bias and a scale that are polynomials of the temperature.
+//! The error model is that of Tedaldi, Pretto and Menegatti, "A robust and easy to implement method
+//! for IMU calibration without external equipments", ICRA 2014, eqs. 5-8, with a bias and a scale
+//! that are polynomials of the temperature.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Correction, IDENTITY, check_bias, check_matrix};
+use crate::calibration::{Correction, IDENTITY, check_bias, check_matrix};
 use crate::error::{ConfigError, DataError, Error};
 use crate::limits;
 
@@ -14,7 +15,7 @@ use crate::limits;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TriadCalibration {
-    /// Rows of the matrix M, at the reference temperature.
+    /// Block3 of the matrix M, at the reference temperature.
     pub matrix: [[f64; 3]; 3],
     /// Bias b at the reference temperature, in the sensor's unit.
     pub bias: [f64; 3],
@@ -28,7 +29,8 @@ impl Default for TriadCalibration {
     }
 }
 
-/// What the temperature does to a sensor, as polynomials of T - `reference` without a constant term.
+/// What the temperature does to a sensor, as polynomials of T - `reference` without a constant
+/// term.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TemperatureModel {
@@ -42,12 +44,14 @@ pub struct TemperatureModel {
     pub margin: f64,
     /// Coefficients of the change of the bias, the linear one first, per axis, unit/K^k.
     pub bias: Vec<[f64; 3]>,
-    /// Coefficients of the relative change of what the sensor reads for the same input, the linear one first, per axis, 1/K^k.
+    /// Coefficients of the relative change of what the sensor reads for the same input, the linear
+    /// one first, per axis, 1/K^k.
     pub scale: Vec<[f64; 3]>,
 }
 
 impl TriadCalibration {
-    /// Checks that every number is finite, that the matrix can be inverted and that the temperatures are in order.
+    /// Checks that every number is finite, that the matrix can be inverted and that the
+    /// temperatures are in order.
     ///
     /// # Errors
     /// [`ConfigError::OutOfRange`] with the first number that makes no sense.
@@ -60,7 +64,8 @@ impl TriadCalibration {
     /// The correction at one temperature (degrees Celsius), which follows the temperature no more.
     ///
     /// # Errors
-    /// [`ConfigError`] for a calibration that makes no sense, [`DataError`] for a temperature that is missing or outside the calibrated span.
+    /// [`ConfigError`] for a calibration that makes no sense, [`DataError`] for a temperature that
+    /// is missing or outside the calibrated span.
     pub fn at(&self, temperature: Option<f64>) -> Result<Self, Error> {
         self.validate()?;
         let Some(thermal) = &self.thermal else { return Ok(self.clone()) };
@@ -74,12 +79,16 @@ impl TriadCalibration {
     /// The corrected readings.  `temperatures` has one entry a reading or is empty.
     ///
     /// # Errors
-    /// As [`Self::at`]; [`DataError::TemperatureOutsideSpan`] names the first reading that is too cold or too warm.
+    /// As [`Self::at`]; [`DataError::TemperatureOutsideSpan`] names the first reading that is too
+    /// cold or too warm.
     pub fn apply(&self, raw: &[[f64; 3]], temperatures: &[f64]) -> Result<Vec<[f64; 3]>, Error> {
         self.validate()?;
         let Some(thermal) = &self.thermal else {
             let correction = Correction::new(&self.matrix, &self.bias);
-            return Ok(raw.iter().map(|reading| correction.apply(&(*reading).into()).into()).collect());
+            return Ok(raw
+                .iter()
+                .map(|reading| correction.apply(&(*reading).into()).into())
+                .collect());
         };
         if temperatures.len() != raw.len() {
             return Err(DataError::NoTemperature.into());
@@ -109,8 +118,18 @@ impl TemperatureModel {
         limits::finite("thermal.scale", self.scale.as_flattened())?;
         limits::finite("thermal.reference", &[self.reference])?;
         limits::at_least_zero("thermal.margin", self.margin)?;
-        limits::within("thermal.lowest", self.lowest, -273.15..=self.highest, "a temperature up to thermal.highest")?;
-        limits::within("thermal.highest", self.highest, self.lowest..=1000.0, "degrees Celsius, up to 1000")
+        limits::within(
+            "thermal.lowest",
+            self.lowest,
+            -273.15..=self.highest,
+            "a temperature up to thermal.highest",
+        )?;
+        limits::within(
+            "thermal.highest",
+            self.highest,
+            self.lowest..=1000.0,
+            "degrees Celsius, up to 1000",
+        )
     }
 
     fn check(&self, index: usize, temperature: f64) -> Result<(), DataError> {
@@ -118,7 +137,13 @@ impl TemperatureModel {
         if (lowest..=highest).contains(&temperature) {
             return Ok(());
         }
-        Err(DataError::TemperatureOutsideSpan { index, temperature, lowest, highest, margin: self.margin })
+        Err(DataError::TemperatureOutsideSpan {
+            index,
+            temperature,
+            lowest,
+            highest,
+            margin: self.margin,
+        })
     }
 }
 
@@ -151,7 +176,8 @@ mod tests {
         let calibration = warm_sensor();
         let matrix = super::super::matrix(&calibration.matrix).try_inverse().unwrap();
         let scale = Vector3::new(1.0 + 2e-4 * excess, 1.0, 1.0 - 1e-4 * excess);
-        let drift = Vector3::new(1e-3, -2e-3, 0.0) * excess + Vector3::new(1e-5, 0.0, 3e-5) * excess * excess;
+        let drift = Vector3::new(1e-3, -2e-3, 0.0) * excess
+            + Vector3::new(1e-5, 0.0, 3e-5) * excess * excess;
         ((matrix * truth).component_mul(&scale) + Vector3::from(calibration.bias) + drift).into()
     }
 

@@ -53,13 +53,16 @@ pub struct AdaptiveShoeConfig {
     /// How far ahead the minimum is sought, s; the detector's latency is this and half a window.
     pub look_ahead: f64,
     /// Multiple of the minimum up to which a sample is stationary.
-    pub factor: f64,
-    /// Statistic below which a sample is stationary however low the minimum is: at rest the minimum is mere noise.
-    pub floor: f64,
-    /// Statistic above which a sample is never stationary: a foot that is shaken all the time has minima too.
-    pub ceiling: f64,
-    /// Part of the maximum around a sample up to which it is stationary: a slow swing has minima too.
-    pub contrast: f64,
+    pub min_factor: f64,
+    /// Statistic below which a sample is stationary however low the minimum is: at rest the minimum
+    /// is mere noise.
+    pub noise_floor: f64,
+    /// Statistic above which a sample is never stationary: a foot that is shaken all the time has
+    /// minima too.
+    pub upper_bound: f64,
+    /// Part of the maximum around a sample up to which it is stationary: a slow swing has minima
+    /// too.
+    pub max_fraction: f64,
 }
 
 impl Default for AdaptiveShoeConfig {
@@ -70,10 +73,10 @@ impl Default for AdaptiveShoeConfig {
             gyro_std: 8.7e-3,
             look_behind: 0.6,
             look_ahead: 0.6,
-            factor: 1.5,
-            floor: 500.0,
-            ceiling: 2.0e5,
-            contrast: 0.015,
+            min_factor: 1.5,
+            noise_floor: 500.0,
+            upper_bound: 2.0e5,
+            max_fraction: 0.015,
         }
     }
 }
@@ -81,11 +84,12 @@ impl Default for AdaptiveShoeConfig {
 impl AdaptiveShoeConfig {
     /// For a stream that must not be late by more than 0.3 s.
     ///
-    /// A quarter of a second ahead there may be no more than the end of a swing, so that the swing which a stance is held against is often only seen behind it; it must be stiller than
-    /// that by a little more.
+    /// A quarter of a second ahead there may be no more than the end of a swing, so that the swing
+    /// which a stance is held against is often only seen behind it; it must be stiller than that by
+    /// a little more.
     #[must_use]
     pub fn live() -> Self {
-        Self { look_ahead: 0.25, contrast: 0.01, ..Self::default() }
+        Self { look_ahead: 0.25, max_fraction: 0.01, ..Self::default() }
     }
 }
 
@@ -111,7 +115,8 @@ impl Default for ShoeConfig {
 
 /// Magnitude and sliding variance of the specific force.
 ///
-/// The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on real recordings of an MPU6050, in g they do not.
+/// The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work on
+/// real recordings of an MPU6050, in g they do not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagnitudeVarianceConfig {
@@ -131,7 +136,8 @@ impl Default for MagnitudeVarianceConfig {
 
 /// Energies of specific force and angular rate.
 ///
-/// The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU.
+/// The window is the paper's, the rest was chosen on real walks with a VN-100, an MPU6050, an NGIMU
+/// and OpenShoe's IMU.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WindowedEnergiesConfig {
@@ -149,13 +155,20 @@ pub struct WindowedEnergiesConfig {
 
 impl Default for WindowedEnergiesConfig {
     fn default() -> Self {
-        Self { window: 0.15, accel_std: 0.02, gyro_std: 8.7e-3, accel_threshold: 3.0e3, gyro_threshold: 6.0e3 }
+        Self {
+            window: 0.15,
+            accel_std: 0.02,
+            gyro_std: 8.7e-3,
+            accel_threshold: 3.0e3,
+            gyro_threshold: 6.0e3,
+        }
     }
 }
 
 /// Magnitude of the specific force, without isolated detections and gaps.
 ///
-/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
+/// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU;
+/// the paper prints none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MagnitudeDebouncedConfig {
@@ -163,7 +176,8 @@ pub struct MagnitudeDebouncedConfig {
     pub magnitude_gate: f64,
     /// Gap between detections up to which it is not believed, s.
     pub longest_gap: f64,
-    /// Detection below which it is not believed, s; the detector's latency is this and the longest gap.
+    /// Detection below which it is not believed, s; the detector's latency is this and the longest
+    /// gap.
     pub shortest_stance: f64,
 }
 
@@ -187,7 +201,8 @@ pub enum Condition {
 
 /// Magnitude, variance and rate, together or any of them.
 ///
-/// The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's IMU; the paper prints none.
+/// The defaults were chosen for all three together on real walks with a VN-100, an MPU6050, an
+/// NGIMU and OpenShoe's IMU; the paper prints none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThreeConditionConfig {
@@ -241,7 +256,8 @@ impl Default for AngularRateEnergyConfig {
 pub struct MovingVarianceConfig {
     /// Length of the window, s.
     pub window: f64,
-    /// Variance of the specific force, summed over the axes, up to which a sample is stationary, m²/s⁴.
+    /// Variance of the specific force, summed over the axes, up to which a sample is stationary,
+    /// m²/s⁴.
     pub threshold: f64,
 }
 
@@ -311,10 +327,15 @@ impl AdaptiveShoeConfig {
         positive("detector.gyro_std", self.gyro_std)?;
         within("detector.look_behind", self.look_behind, 0.0..=10.0, "between 0 and 10 s")?;
         within("detector.look_ahead", self.look_ahead, 0.0..=10.0, "between 0 and 10 s")?;
-        within("detector.factor", self.factor, 1.0..=f64::MAX, "at least 1")?;
-        at_least_zero("detector.floor", self.floor)?;
-        within("detector.ceiling", self.ceiling, self.floor..=f64::MAX, "at least detector.floor")?;
-        within("detector.contrast", self.contrast, 0.0..=1.0, "between 0 and 1")
+        within("detector.min_factor", self.min_factor, 1.0..=f64::MAX, "at least 1")?;
+        at_least_zero("detector.noise_floor", self.noise_floor)?;
+        within(
+            "detector.upper_bound",
+            self.upper_bound,
+            self.noise_floor..=f64::MAX,
+            "at least detector.noise_floor",
+        )?;
+        within("detector.max_fraction", self.max_fraction, 0.0..=1.0, "between 0 and 1")
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::filter::{FilterConfig, FilterKind};
+use crate::config::filter::{FilterConfig, FilterKind};
 use crate::error::ConfigError;
 use crate::limits::{positive, within};
 
@@ -12,7 +12,8 @@ use crate::limits::{positive, within};
 pub struct MagnetometerConfig {
     /// Whether the field holds the heading.
     pub heading: bool,
-    /// Standard deviation of the heading that the field of a stance shows, degrees: what bends it there and is not seen in its strength and dip.
+    /// Standard deviation of the heading that the field of a stance shows, degrees: what bends it
+    /// there and is not seen in its strength and dip.
     pub std_deg: f64,
     /// Share by which the strength of the field may differ from that at the start.
     pub strength_tolerance: f64,

@@ -1,11 +1,12 @@
 //! Sensors that are sold for a shoe.
 //!
 //! # References
-//! Data sheets of their makers: `InvenSense` MPU-6000 and MPU-6050, rev. 3.4; Xsens `MTi` 100-series; Sensonor STIM300, rev. 20; Bosch BMX160 (in the x-io
-//! NGIMU); VectorNav VN-100.  Turn-on biases are standard deviations of uncalibrated parts where the sheet bounds them only (MPU-6050: 20 deg/s, 50 to
-//! 80 mg).
+//! Data sheets of their makers: `InvenSense` MPU-6000 and MPU-6050, rev. 3.4; Xsens `MTi`
+//! 100-series; Sensonor STIM300, rev. 20; Bosch BMX160 (in the x-io NGIMU); VectorNav VN-100.
+//! Turn-on biases are standard deviations of uncalibrated parts where the sheet bounds them only
+//! (MPU-6050: 20 deg/s, 50 to 80 mg).
 
-use super::{Config, SensorConfig};
+use crate::config::{Config, SensorConfig};
 use crate::error::ConfigError;
 
 /// Names of the known sensors.
@@ -31,15 +32,25 @@ impl Config {
             "stim300" => datasheet(0.0025, 50.0, 0.07, 0.02),
             "ngimu" => datasheet(0.007, 180.0, 1.0, 0.3),
             "vn100" => datasheet(0.0035, 140.0, 0.3, 0.05),
-            _ => return Err(ConfigError::UnknownPreset { name: name.into(), known: PRESETS.join(", ") }),
+            _ => {
+                return Err(ConfigError::UnknownPreset {
+                    name: name.into(),
+                    known: PRESETS.join(", "),
+                });
+            }
         };
         Ok(Self { sensor, ..Self::default() })
     }
 }
 
-/// Sensor settings from a data sheet: gyroscope noise (deg/s/√Hz), accelerometer noise (µg/√Hz), turn-on bias of the gyroscope (deg/s) and of the
-/// accelerometer (m/s²).
-fn datasheet(gyro_noise_deg: f64, accel_noise_micro_g: f64, gyro_bias_deg: f64, accel_bias: f64) -> SensorConfig {
+/// Sensor settings from a data sheet: gyroscope noise (deg/s/√Hz), accelerometer noise (µg/√Hz),
+/// turn-on bias of the gyroscope (deg/s) and of the accelerometer (m/s²).
+fn datasheet(
+    gyro_noise_deg: f64,
+    accel_noise_micro_g: f64,
+    gyro_bias_deg: f64,
+    accel_bias: f64,
+) -> SensorConfig {
     SensorConfig {
         gyro_noise_density: gyro_noise_deg.to_radians(),
         accel_noise_density: accel_noise_micro_g * MICRO_G,

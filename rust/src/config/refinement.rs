@@ -1,8 +1,9 @@
-//! Settings of what refines a track after the filter: corrections of gait cycles, and smoothers.
+//! Settings of what post_processes a track after the filter: corrections of gait cycles, and
+//! smoothers.
 
 use serde::{Deserialize, Serialize};
 
-use super::filter::{FilterConfig, FilterKind};
+use crate::config::filter::{FilterConfig, FilterKind};
 use crate::error::ConfigError;
 use crate::limits::within;
 

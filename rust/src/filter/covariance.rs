@@ -1,27 +1,29 @@
 //! The covariance of the 15 error states as 3x3 blocks.
 //!
-//! Only the upper triangle of blocks is kept and each operation treats both sides of the diagonal alike, so the matrix is symmetric by construction, to the bit.
-//! The transition matrix of the error model is a product of a few shears, each of which touches one row and column of blocks: a fraction of the work of a dense
-//! product.
+//! Only the upper triangle of blocks is kept and each operation treats both sides of the diagonal
+//! alike, so the matrix is symmetric by construction, to the bit. The transition matrix of the
+//! error model is a product of a few shears, each of which touches one row and column of blocks: a
+//! fraction of the work of a dense product.
 //!
 //! # References
-//! G. J. Bierman, "Factorization Methods for Discrete Sequential Estimation", 1977: sec. II.6 on what makes an update safe.  The update subtracts `W Wᵀ` with
-//! `W = P Hᵀ L⁻ᵀ`, `L Lᵀ = H P Hᵀ + R`; it keeps P positive as long as the ratio of P to R stays far below 1e16, and the check after each sample tells if it
-//! ever does not.
+//! G. J. Bierman, "Factorization Methods for Discrete Sequential Estimation", 1977: sec. II.6 on
+//! what makes an update safe.  The update subtracts `W Wᵀ` with `W = P Hᵀ L⁻ᵀ`, `L Lᵀ = H P Hᵀ +
+//! R`; it keeps P positive as long as the ratio of P to R stays far below 1e16, and the check after
+//! each sample tells if it ever does not.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::backward_kernel;
-use super::blocks::{Rows, Upper, at};
-use super::kernel::{self, Prediction, WhiteGain};
-use super::observation::{Observation, Update};
-use super::states::{BLOCKS, Block, ErrorStates, Linear, STATES};
-use super::transition::{Noise, Transition};
-use crate::lanes::{Lanes, dispatch};
+use crate::filter::error_state::{BLOCKS, Block, ErrorStates, LinearMap, STATES};
+use crate::filter::kernels::backward;
+use crate::filter::kernels::forward::{self, Prediction, WhitenedGain};
+use crate::filter::observation::{Observation, Update};
+use crate::filter::transition::{Noise, Transition};
+use crate::math::block_matrix::{Block3, Upper, at};
+use crate::math::simd::{Lanes, dispatch};
 
 mod work;
 
-use work::{Observe, ObserveAgain, Predict, PredictOnEarth};
+use crate::filter::covariance::work::{Observe, ObserveAgain, Predict, PredictOnEarth};
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +54,7 @@ impl Covariance {
 
     /// The covariances of a block's states with those of a later block on the same axes.
     #[inline]
-    pub(super) fn diagonal_between(&self, row: Block, column: Block) -> Vector3<f64> {
+    pub(crate) fn diagonal_between(&self, row: Block, column: Block) -> Vector3<f64> {
         Vector3::from(self.upper[at(row.index(), column.index())].diagonal())
     }
 
@@ -75,7 +77,7 @@ impl Covariance {
 
     /// The same on the lanes that the caller is compiled for.
     #[inline(always)]
-    pub(super) fn predict_on<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
+    pub(crate) fn predict_on<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
         if transition.turns_with_earth() {
             L::call(PredictOnEarth { p: self, transition: *transition, noise: *noise });
         } else {
@@ -87,16 +89,20 @@ impl Covariance {
     #[inline(always)]
     fn shear_all<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
         let (half, tilt, bias) = transition.shears();
-        kernel::predict::<L>(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
+        forward::predict::<L>(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
     }
 
     /// Adds Q.
     fn add_noise(&mut self, noise: &Noise) {
-        let &Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity } = noise;
-        for (block, variance) in Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias]) {
+        let &Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity } =
+            noise;
+        for (block, variance) in
+            Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias])
+        {
             self.add_variance(block, variance);
         }
-        self.upper[at(Block::Position.index(), Block::Velocity.index())].add_diagonal([position_velocity; 3]);
+        self.upper[at(Block::Position.index(), Block::Velocity.index())]
+            .add_diagonal([position_velocity; 3]);
     }
 
     /// Adds the same independent variance to each state of a block.
@@ -113,8 +119,9 @@ impl Covariance {
 
     /// Observes the three states of `block` directly, with the same `variance` on each axis.
     ///
-    /// Returns the outcome and, when the innovation passed the `gate`, the observation.  An innovation covariance that is not positive is answered by a rejection at an
-    /// infinite distance.
+    /// Returns the outcome and, when the innovation passed the `gate`, the observation.  An
+    /// innovation covariance that is not positive is answered by a rejection at an infinite
+    /// distance.
     pub fn observe(
         &mut self,
         block: Block,
@@ -126,9 +133,10 @@ impl Covariance {
         dispatch(Observe { p: self, block, whitener, innovation, gate })
     }
 
-    /// As [`Covariance::observe`], on the lanes that the caller is compiled for; the observation, which is large, comes to be where it is `used`.
+    /// As [`Covariance::observe`], on the lanes that the caller is compiled for; the observation,
+    /// which is large, comes to be where it is `used`.
     #[inline(always)]
-    pub(super) fn observe_on<L: Lanes>(
+    pub(crate) fn observe_on<L: Lanes>(
         &mut self,
         block: Block,
         innovation: &Vector3<f64>,
@@ -142,7 +150,9 @@ impl Covariance {
     /// The inverse factor of the innovation covariance of a block; none if that is not positive.
     #[inline(always)]
     fn whitener(&self, block: Block, variance: f64) -> Option<Matrix3<f64>> {
-        inverse_cholesky_factor(&(self.block(block, block) + Matrix3::from_diagonal_element(variance)))
+        inverse_cholesky_factor(
+            &(self.block(block, block) + Matrix3::from_diagonal_element(variance)),
+        )
     }
 
     /// Observes one state of `block`, that of an axis.  As [`Covariance::observe`].
@@ -183,48 +193,67 @@ impl Covariance {
         if distance.is_nan() || distance > gate {
             return Update { distance, accepted: false };
         }
-        self.reduce::<L>(used.insert(Observation::prepared(block, whitener, white_innovation)));
+        self.reduce::<L>(used.insert(Observation::new(block, whitener, white_innovation)));
         Update { distance, accepted: true }
     }
 
     /// Takes an observation and finds its gain, and the errors that it tells of.
     #[inline(always)]
     fn reduce<L: Lanes>(&mut self, observation: &mut Observation) {
-        let Observation { block, whitener, white_innovation, white_gain, errors } = observation;
-        kernel::reduce::<L>(&mut self.upper, block.index(), whitener, white_innovation, white_gain, errors);
+        let Observation { block, whitener, white_innovation, whitened_gain, errors } = observation;
+        forward::reduce::<L>(
+            &mut self.upper,
+            block.index(),
+            whitener,
+            white_innovation,
+            whitened_gain,
+            errors,
+        );
     }
 
-    /// The states of `block` are forgotten: independent of all others, with the same `variance` on each axis.
+    /// The states of `block` are forgotten: independent of all others, with the same `variance` on
+    /// each axis.
     pub fn replace(&mut self, block: Block, variance: f64) {
-        self.forget(block, &Vector3::repeat(variance));
+        self.reset_block(block, &Vector3::repeat(variance));
     }
 
     /// As [`Covariance::replace`], with a variance for each axis.
-    pub(crate) fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
+    pub(crate) fn reset_block(&mut self, block: Block, variances: &Vector3<f64>) {
         let b = block.index();
         for k in 0..BLOCKS {
-            self.upper[at(k.min(b), k.max(b))] = Rows::default();
+            self.upper[at(k.min(b), k.max(b))] = Block3::default();
         }
         self.add_diagonal(block, variances);
     }
 
-    /// Takes an observation once more, from the same covariance as the first time, and finds its gain.
+    /// Takes an observation once more, from the same covariance as the first time, and finds its
+    /// gain.
     #[inline]
-    pub(crate) fn observe_again(&mut self, observation: &mut Observation) {
+    pub(crate) fn replay(&mut self, observation: &mut Observation) {
         dispatch(ObserveAgain { p: self, observation });
     }
 
     /// An information matrix Λ goes back over an observation.
     #[inline]
-    pub(super) fn go_back_over(&mut self, block: Block, whitener: &Matrix3<f64>, gain: &WhiteGain) {
-        backward_kernel::observe(&mut self.upper, block.index(), whitener, &gain.0);
+    pub(crate) fn go_back_over(
+        &mut self,
+        block: Block,
+        whitener: &Matrix3<f64>,
+        gain: &WhitenedGain,
+    ) {
+        backward::observe(&mut self.upper, block.index(), whitener, &gain.0);
     }
 
-    /// P λ, and what the `information` Λ that came later takes off the variances of the position: the diagonal of that block of P Λ P.
+    /// P λ, and what the `information` Λ that came later takes off the variances of the position:
+    /// the diagonal of that block of P Λ P.
     #[must_use]
     #[inline]
-    pub(crate) fn smoothing(&self, costate: &ErrorStates, information: &Self) -> (ErrorStates, Vector3<f64>) {
-        let (errors, known) = backward_kernel::smooth(&self.upper, &costate.0, &information.upper);
+    pub(crate) fn smoothing(
+        &self,
+        costate: &ErrorStates,
+        information: &Self,
+    ) -> (ErrorStates, Vector3<f64>) {
+        let (errors, known) = backward::smooth(&self.upper, &costate.0, &information.upper);
         (ErrorStates(errors), known)
     }
 
@@ -252,7 +281,11 @@ impl Covariance {
 
     #[inline]
     fn get(&self, i: usize, j: usize) -> Matrix3<f64> {
-        if i <= j { Matrix3::from(&self.upper[at(i, j)]) } else { Matrix3::from(&self.upper[at(j, i)].transpose()) }
+        if i <= j {
+            Matrix3::from(&self.upper[at(i, j)])
+        } else {
+            Matrix3::from(&self.upper[at(j, i)].transpose())
+        }
     }
 
     /// Adds to the block (i, j), i ≠ j, and so to (j, i).
@@ -260,14 +293,14 @@ impl Covariance {
     fn add(&mut self, i: usize, j: usize, gain: &Matrix3<f64>) {
         let upper = if i < j { *gain } else { gain.transpose() };
         let block = &mut self.upper[at(i.min(j), i.max(j))];
-        *block = Rows::from(&(Matrix3::from(&*block) + upper));
+        *block = Block3::from(&(Matrix3::from(&*block) + upper));
     }
 }
 
 /// P becomes (I + E) P (I + E)ᵀ, where E has one block.
-impl Linear for Covariance {
+impl LinearMap for Covariance {
     fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
-        kernel::shear(&mut self.upper, target.index(), source.index(), m);
+        forward::shear(&mut self.upper, target.index(), source.index(), m);
     }
 
     fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
@@ -278,7 +311,7 @@ impl Linear for Covariance {
     fn transform(&mut self, block: Block, m: &Matrix3<f64>) {
         let b = block.index();
         let own = m * self.get(b, b) * m.transpose();
-        self.upper[at(b, b)] = Rows::from(&(0.5 * (own + own.transpose())));
+        self.upper[at(b, b)] = Block3::from(&(0.5 * (own + own.transpose())));
         for k in (0..BLOCKS).filter(|&k| k != b) {
             let gain = m * self.get(b, k) - self.get(b, k);
             self.add(b, k, &gain);
@@ -287,11 +320,12 @@ impl Linear for Covariance {
 
     #[inline]
     fn move_back(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
-        backward_kernel::predict(&mut self.upper, half, &tilt.into(), &bias.into());
+        backward::predict(&mut self.upper, half, &tilt.into(), &bias.into());
     }
 }
 
-/// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that the square roots wait for no one; none if it is not positive.
+/// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that the
+/// square roots wait for no one; none if it is not positive.
 #[inline(always)]
 fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let inverse = |x: f64| (x > 0.0 && x.is_finite()).then(|| 1.0 / x);
@@ -340,7 +374,8 @@ mod tests {
             let mut covariance = Covariance::zero();
             for i in 0..BLOCKS {
                 for j in i..BLOCKS {
-                    covariance.upper[at(i, j)] = Rows::from(&dense.fixed_view::<3, 3>(3 * i, 3 * j).into_owned());
+                    covariance.upper[at(i, j)] =
+                        Block3::from(&dense.fixed_view::<3, 3>(3 * i, 3 * j).into_owned());
                 }
             }
             (covariance, dense)
@@ -409,7 +444,8 @@ mod tests {
         let mut p = Covariance::zero();
         p.add_variance(Block::Velocity, 1.0);
         let before = p.clone();
-        let (update, observation) = p.observe(Block::Velocity, &Vector3::new(10.0, 0.0, 0.0), 1.0, 49.0);
+        let (update, observation) =
+            p.observe(Block::Velocity, &Vector3::new(10.0, 0.0, 0.0), 1.0, 49.0);
         assert_eq!((update.accepted, observation, p), (false, None, before));
         assert!((update.distance - 50.0).abs() < 1e-12);
     }

@@ -1,15 +1,17 @@
 //! The transition matrix F of the error model over one step or several, as a product of shears.
 //!
-//! Position moves in two halves around the change of velocity, as in the trapezoid of the mechanization.  Each shear is undone, transposed or applied to a covariance by itself,
-//! so the smoother's Fᵀ is the same few products in the reverse order.
+//! Position moves in two halves around the change of velocity, as in the trapezoid of the
+//! mechanization.  Each shear is undone, transposed or applied to a covariance by itself, so the
+//! smoother's Fᵀ is the same few products in the reverse order.
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::states::{Block, Linear};
-use crate::rotation;
-use crate::strapdown::{Step, earth_turns};
+use crate::filter::error_state::{Block, LinearMap};
+use crate::ins::strapdown::{Step, earth_turns};
+use crate::math::rotation;
 
-/// Variances that a transition adds to the errors, the same on each axis; what is added is independent of all that was before.
+/// Variances that a transition adds to the errors, the same on each axis; what is added is
+/// independent of all that was before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
     /// Of the position, m².
@@ -27,7 +29,8 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// What this noise and `next`, of a transition of `dt` (s) after it, add together: the velocity that was added first leads the position on.
+    /// What this noise and `next`, of a transition of `dt` (s) after it, add together: the velocity
+    /// that was added first leads the position on.
     #[must_use]
     #[inline(always)]
     pub fn then(&self, next: &Self, dt: f64) -> Self {
@@ -54,7 +57,7 @@ pub struct Transition {
 
 impl Transition {
     /// Over no time at all.
-    pub(super) const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         dt: 0.0,
         tilt: Vector3::new(0.0, 0.0, 0.0),
         bias: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -65,16 +68,28 @@ impl Transition {
     #[must_use]
     #[inline]
     pub fn new(step: &Step, earth_rate: &Vector3<f64>) -> Self {
-        Self { dt: step.dt, tilt: -step.specific_velocity, bias: -step.dt * step.attitude, earth_rate: *earth_rate }
+        Self {
+            dt: step.dt,
+            tilt: -step.velocity_increment_n,
+            bias: -step.dt * step.attitude,
+            earth_rate: *earth_rate,
+        }
     }
 
     /// This transition and `next` as one.
     ///
-    /// It takes what the velocity gains for spread evenly over the time, and has the gyroscope's bias turn the attitude at the end of it.  So it differs from the product of both by the second order of their time.
+    /// It takes what the velocity gains for spread evenly over the time, and has the gyroscope's
+    /// bias turn the attitude at the end of it.  So it differs from the product of both by the
+    /// second order of their time.
     #[must_use]
     #[inline(always)]
     pub fn then(&self, next: &Self) -> Self {
-        Self { dt: self.dt + next.dt, tilt: self.tilt + next.tilt, bias: self.bias + next.bias, ..*next }
+        Self {
+            dt: self.dt + next.dt,
+            tilt: self.tilt + next.tilt,
+            bias: self.bias + next.bias,
+            ..*next
+        }
     }
 
     /// The time that it takes, s.
@@ -85,7 +100,7 @@ impl Transition {
     }
 
     /// `x` becomes F x; a covariance becomes F P Fᵀ.
-    pub fn apply(&self, x: &mut impl Linear) {
+    pub fn apply(&self, x: &mut impl LinearMap) {
         let (half, tilt, bias) = self.shears();
         x.add_scaled(Block::Position, Block::Velocity, half);
         x.add_transformed(Block::Velocity, Block::Attitude, &rotation::cross_matrix(&tilt));
@@ -95,21 +110,22 @@ impl Transition {
         self.turn_with_earth(x);
     }
 
-    /// What velocity turns into position twice, s; the vector s of [s×], which turns a tilt into velocity, m/s; and the matrix that turns a bias into velocity or attitude, s.
+    /// What velocity turns into position twice, s; the vector s of [s×], which turns a tilt into
+    /// velocity, m/s; and the matrix that turns a bias into velocity or attitude, s.
     #[inline]
-    pub(super) fn shears(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    pub(crate) fn shears(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
         (0.5 * self.dt, self.tilt, self.bias)
     }
 
     /// Whether the Earth turns.
     #[inline]
-    pub(super) fn turns_with_earth(&self) -> bool {
+    pub(crate) fn turns_with_earth(&self) -> bool {
         earth_turns(&self.earth_rate)
     }
 
     /// The last step: the Earth turned.
     #[inline]
-    pub(super) fn turn_with_earth(&self, x: &mut impl Linear) {
+    pub(crate) fn turn_with_earth(&self, x: &mut impl LinearMap) {
         if let Some((velocity, attitude)) = self.turn() {
             x.transform(Block::Velocity, &velocity);
             x.transform(Block::Attitude, &attitude);
@@ -118,7 +134,7 @@ impl Transition {
 
     /// `x` becomes Fᵀ x; an information matrix becomes Fᵀ Λ F.
     #[inline]
-    pub fn apply_transposed(&self, x: &mut impl Linear) {
+    pub fn apply_transposed(&self, x: &mut impl LinearMap) {
         if let Some((velocity, attitude)) = self.turn() {
             x.transform(Block::Attitude, &attitude.transpose());
             x.transform(Block::Velocity, &velocity.transpose());

@@ -2,28 +2,31 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::stance::{Joiner, microseconds};
-use super::stride::Stride;
-use crate::filter::cloned::{ClonedErrors, pose_covariance};
+use crate::filter::cloning::{ClonedErrors, pose_covariance};
 use crate::filter::covariance::Covariance;
-use crate::filter::journal::Journal;
+use crate::filter::error_state::Block;
 use crate::filter::observation::Observation;
-use crate::filter::states::Block;
+use crate::filter::recorder::FilterRecorder;
 use crate::filter::transition::{Noise, Transition};
-use crate::strapdown::NavState;
+use crate::gait::stance::{StanceMerger, microseconds};
+use crate::gait::stride::Stride;
+use crate::types::nav_state::NavState;
 
-/// Time after the first sample of a stance within which a stride arrives, and before the last one within which the next departs, µs.
+/// Time after the first sample of a stance within which a stride arrives, and before the last one
+/// within which the next departs, µs.
 const WINDOW: f64 = 500_000.0;
 
 /// Finds where the foot arrives and departs.
 ///
-/// Which sample a stride departs from is known when the stance is over, but its errors must be cloned when they are there.  So a rest is cut into pieces of half the window, and the flattest
-/// samples of the running piece and of the one before are kept: the departure is the flatter of the two.  In a stance shorter than the window it is the sample of the arrival, so that one stride
+/// Which sample a stride departs from is known when the stance is over, but its errors must be
+/// cloned when they are there.  So a rest is cut into pieces of half the window, and the flattest
+/// samples of the running piece and of the one before are kept: the departure is the flatter of the
+/// two.  In a stance shorter than the window it is the sample of the arrival, so that one stride
 /// starts where the one before ended.
 #[derive(Clone, Debug)]
-pub(super) struct Segmenter {
+pub(crate) struct Segmenter {
     forward: Vector3<f64>,
-    joiner: Joiner,
+    merger: StanceMerger,
     row: usize,
     before: Option<NavState>,
     /// Where the stance before was left; gone when no stride can start there any more.
@@ -64,7 +67,7 @@ struct Stance {
     /// Gone when it was handed out.
     arrival: Option<Arrival>,
     /// Flattest sample of the piece before.
-    settled: Option<Anchor>,
+    if_current: Option<Anchor>,
     /// Flattest sample of the running piece.
     newest: Anchor,
     /// Stamp of the first sample of the running piece, s.
@@ -73,57 +76,73 @@ struct Stance {
 
 impl Segmenter {
     /// Headings are those of the axis `forward` of the sensor frame.
-    pub(super) fn new(forward: Vector3<f64>) -> Self {
-        Self { forward, joiner: Joiner::default(), row: 0, before: None, departure: None, stance: None }
+    pub(crate) fn new(forward: Vector3<f64>) -> Self {
+        Self {
+            forward,
+            merger: StanceMerger::default(),
+            row: 0,
+            before: None,
+            departure: None,
+            stance: None,
+        }
     }
 
-    /// Takes the next row, with the covariance of its errors if there is one; returns the stride that is known by now.
-    pub(super) fn push(&mut self, state: &NavState, rests: bool, covariance: Option<&Covariance>) -> Option<Stride> {
-        let footing = self.joiner.push(state.time, rests);
-        let left = if footing.ends { self.finish() } else { None };
+    /// Takes the next row, with the covariance of its errors if there is one; returns the stride
+    /// that is known by now.
+    pub(crate) fn push(
+        &mut self,
+        state: &NavState,
+        rests: bool,
+        covariance: Option<&Covariance>,
+    ) -> Option<Stride> {
+        let event = self.merger.push(state.time, rests);
+        let left = if event.ends { self.finish() } else { None };
         let turning = self.before.map_or(f64::INFINITY, |before| turning(&before, state));
         let sample = Sample { row: self.row, state, turning, covariance };
         self.before = Some(*state);
         self.row += 1;
-        if footing.begins {
-            self.land(&sample);
+        if event.begins {
+            self.begin_stance(&sample);
             left
         } else if rests {
-            self.stand(&sample)
+            self.extend_stance(&sample)
         } else {
             left
         }
     }
 
     /// Ends the stance, or the data; returns the stride that ended in it.
-    pub(super) fn finish(&mut self) -> Option<Stride> {
+    pub(crate) fn finish(&mut self) -> Option<Stride> {
         let stance = self.stance.take()?;
         self.departure = Some(stance.departure());
         stance.arrival.map(|arrival| arrival.stride)
     }
 
     /// The errors are known from here on; where the foot stood until now they were the same.
-    pub(super) fn begin(&mut self, covariance: &Covariance) {
+    pub(crate) fn begin(&mut self, covariance: &Covariance) {
         self.anchors().for_each(|anchor| anchor.errors = Some(ClonedErrors::of(covariance)));
     }
 
     /// Whether a stride may still start or end in `row`.
-    pub(super) fn touches(&self, row: usize) -> bool {
+    pub(crate) fn touches(&self, row: usize) -> bool {
         self.departure.as_ref().is_some_and(|anchor| anchor.row == row)
             || self.stance.as_ref().is_some_and(|stance| stance.touches(row))
     }
 
-    fn land(&mut self, sample: &Sample<'_>) {
+    fn begin_stance(&mut self, sample: &Sample<'_>) {
         self.stance = Some(Stance {
             began: sample.state.time,
-            arrival: self.departure.as_ref().map(|departure| departure.arrive(sample, &self.forward)),
-            settled: None,
+            arrival: self
+                .departure
+                .as_ref()
+                .map(|departure| departure.arrive(sample, &self.forward)),
+            if_current: None,
             newest: Anchor::at(sample),
             piece_began: sample.state.time,
         });
     }
 
-    fn stand(&mut self, sample: &Sample<'_>) -> Option<Stride> {
+    fn extend_stance(&mut self, sample: &Sample<'_>) -> Option<Stride> {
         let stance = self.stance.as_mut()?;
         stance.depart(sample);
         if microseconds(sample.state.time - stance.began) >= WINDOW {
@@ -140,7 +159,9 @@ impl Segmenter {
 
     fn anchors(&mut self) -> impl Iterator<Item = &mut Anchor> {
         let stance = self.stance.iter_mut();
-        self.departure.iter_mut().chain(stance.flat_map(|stance| stance.settled.iter_mut().chain([&mut stance.newest])))
+        self.departure.iter_mut().chain(
+            stance.flat_map(|stance| stance.if_current.iter_mut().chain([&mut stance.newest])),
+        )
     }
 
     fn cloned_errors(&mut self) -> impl Iterator<Item = &mut ClonedErrors> {
@@ -158,9 +179,11 @@ impl Anchor {
     fn arrive(&self, there: &Sample<'_>, forward: &Vector3<f64>) -> Arrival {
         let stride = Stride::between((self.row, there.row), &self.state, there.state, forward);
         let stride = match (&self.errors, there.covariance) {
-            (Some(errors), Some(covariance)) => {
-                stride.with_covariance(errors.own(), &pose_covariance(covariance), &errors.with_now())
-            }
+            (Some(errors), Some(covariance)) => stride.with_covariance(
+                errors.own(),
+                &pose_covariance(covariance),
+                &errors.with_now(),
+            ),
             _ => stride,
         };
         Arrival { stride, turning: there.turning }
@@ -173,7 +196,7 @@ impl Stance {
         let elapsed = microseconds(sample.state.time - self.piece_began);
         if elapsed >= 0.5 * WINDOW {
             let before = std::mem::replace(&mut self.newest, Anchor::at(sample));
-            self.settled = (elapsed < WINDOW).then_some(before);
+            self.if_current = (elapsed < WINDOW).then_some(before);
             self.piece_began = sample.state.time;
         } else if sample.turning < self.newest.turning {
             self.newest = Anchor::at(sample);
@@ -182,18 +205,19 @@ impl Stance {
 
     /// The flatter of the two; the earlier one if they are alike.
     fn departure(&self) -> Anchor {
-        let flattest = |settled: &&Anchor| settled.turning <= self.newest.turning;
-        self.settled.as_ref().filter(flattest).unwrap_or(&self.newest).clone()
+        let flattest = |if_current: &&Anchor| if_current.turning <= self.newest.turning;
+        self.if_current.as_ref().filter(flattest).unwrap_or(&self.newest).clone()
     }
 
     fn touches(&self, row: usize) -> bool {
         self.newest.row == row
-            || self.settled.as_ref().is_some_and(|anchor| anchor.row == row)
+            || self.if_current.as_ref().is_some_and(|anchor| anchor.row == row)
             || self.arrival.as_ref().is_some_and(|arrival| arrival.stride.touches(row))
     }
 }
 
-/// How fast the foot turned between two states: the square of the sine of half the angle over the time, 1/s²; infinite where it cannot be told.
+/// How fast the foot turned between two states: the square of the sine of half the angle over the
+/// time, 1/s²; infinite where it cannot be told.
 fn turning(before: &NavState, after: &NavState) -> f64 {
     let dt = after.time - before.time;
     let turn = before.attitude.inverse() * after.attitude;
@@ -201,20 +225,20 @@ fn turning(before: &NavState, after: &NavState) -> f64 {
     if dt > 0.0 && !squared.is_nan() { squared } else { f64::INFINITY }
 }
 
-impl Journal for Segmenter {
+impl FilterRecorder for Segmenter {
     #[inline]
     fn transition(&mut self, transition: &Transition, noise: &Noise) {
         self.cloned_errors().for_each(|errors| errors.transition(transition, noise));
     }
 
     #[inline]
-    fn doubt(&mut self, block: Block, variance: f64) {
-        self.cloned_errors().for_each(|errors| errors.doubt(block, variance));
+    fn inflate(&mut self, block: Block, variance: f64) {
+        self.cloned_errors().for_each(|errors| errors.inflate(block, variance));
     }
 
     #[inline]
-    fn tie(&mut self, m: &Matrix3<f64>) {
-        self.cloned_errors().for_each(|errors| errors.tie(m));
+    fn couple(&mut self, m: &Matrix3<f64>) {
+        self.cloned_errors().for_each(|errors| errors.couple(m));
     }
 
     #[inline]
@@ -223,7 +247,7 @@ impl Journal for Segmenter {
     }
 
     #[inline]
-    fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
-        self.cloned_errors().for_each(|errors| errors.forget(block, variances));
+    fn reset_block(&mut self, block: Block, variances: &Vector3<f64>) {
+        self.cloned_errors().for_each(|errors| errors.reset_block(block, variances));
     }
 }

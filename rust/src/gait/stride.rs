@@ -1,15 +1,14 @@
 //! One stride: where it went, and how well that is known.
 
-use nalgebra::{Matrix4, Vector3};
+use nalgebra::{Matrix4, UnitQuaternion, Vector3};
 
-use super::{turn_about_up, wrapped};
-use crate::rotation;
-use crate::strapdown::NavState;
+use crate::math::rotation;
+use crate::types::nav_state::NavState;
 
 /// Way below which the foot shuffled on the spot, m.
 const SHORTEST: f64 = 0.05;
 /// The axis that a heading belongs to when nobody says another one.
-pub(super) const SENSOR_X: Vector3<f64> = Vector3::new(1.0, 0.0, 0.0);
+pub(crate) const SENSOR_X: Vector3<f64> = Vector3::new(1.0, 0.0, 0.0);
 
 /// The way of the foot from one stance to the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,13 +27,19 @@ pub struct Stride {
     pub start_heading: f64,
     /// Turn of the foot about the vertical, rad within (-π, π], positive to the left.
     pub heading_change: f64,
-    /// Covariance of displacement (m) and change of heading (rad) in the frame of the start heading; none for a track without a filter.
+    /// Covariance of displacement (m) and change of heading (rad) in the frame of the start
+    /// heading; none for a track without a filter.
     pub covariance: Option<Matrix4<f64>>,
 }
 
 impl Stride {
     /// Measures the way between two rows.
-    pub(crate) fn between(rows: (usize, usize), start: &NavState, end: &NavState, forward: &Vector3<f64>) -> Self {
+    pub(crate) fn between(
+        rows: (usize, usize),
+        start: &NavState,
+        end: &NavState,
+        forward: &Vector3<f64>,
+    ) -> Self {
         Self {
             start_row: rows.0,
             end_row: rows.1,
@@ -48,34 +53,59 @@ impl Stride {
     }
 
     /// The same stride between states that were improved since it was found.
-    pub(crate) fn measured_again(&self, start: &NavState, end: &NavState, forward: &Vector3<f64>) -> Self {
+    pub(crate) fn measured_again(
+        &self,
+        start: &NavState,
+        end: &NavState,
+        forward: &Vector3<f64>,
+    ) -> Self {
         let covariance = self.covariance;
         Self { covariance, ..Self::between((self.start_row, self.end_row), start, end, forward) }
     }
 
-    /// Adds the covariance, given those of the pose errors at both ends and of the errors at the end with those at the start.
-    pub(super) fn with_covariance(self, start: &Matrix4<f64>, end: &Matrix4<f64>, cross: &Matrix4<f64>) -> Self {
+    /// Adds the covariance, given those of the pose errors at both ends and of the errors at the
+    /// end with those at the start.
+    pub(crate) fn with_covariance(
+        self,
+        start: &Matrix4<f64>,
+        end: &Matrix4<f64>,
+        cross: &Matrix4<f64>,
+    ) -> Self {
         let turn = *rotation::about_up(-self.start_heading).to_rotation_matrix().matrix();
         let g_e = turn.to_homogeneous();
         let mut g_s = g_e;
         let quarter = Vector3::new(-self.displacement.y, self.displacement.x, 0.0);
         g_s.fixed_view_mut::<3, 1>(0, 3).copy_from(&(turn * quarter));
         let both = g_e * cross * g_s.transpose();
-        let covariance = g_e * end * g_e.transpose() + g_s * start * g_s.transpose() - both - both.transpose();
+        let covariance =
+            g_e * end * g_e.transpose() + g_s * start * g_s.transpose() - both - both.transpose();
         Self { covariance: Some(0.5 * (covariance + covariance.transpose())), ..self }
     }
 
     /// Whether it is more than a shuffle on the spot.
     #[must_use]
-    pub fn goes_somewhere(&self) -> bool {
+    pub fn is_displaced(&self) -> bool {
         let way = &self.displacement;
         way.x.hypot(way.y) >= SHORTEST || way.z.abs() >= SHORTEST
     }
 
     /// Whether it starts or ends in `row`.
-    pub(super) fn touches(&self, row: usize) -> bool {
+    pub(crate) fn touches(&self, row: usize) -> bool {
         self.start_row == row || self.end_row == row
     }
+}
+
+/// Vertical part of the rotation between two attitudes, rad within (-π, π], whichever way the
+/// sensor sits on the shoe: with q = after before⁻¹, `2 atan2(q_z, q_w)`.
+fn turn_about_up(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>) -> f64 {
+    let turn = after * before.inverse();
+    wrapped(2.0 * turn.k.atan2(turn.w))
+}
+
+/// The angle within (-π, π].
+fn wrapped(angle: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    PI - (PI - angle).rem_euclid(TAU)
 }
 
 #[cfg(test)]

@@ -10,9 +10,11 @@ use crate::python::matrix;
 /// Channels of a sensor.
 const AXES: usize = 3;
 
-/// Averaging times in samples, with the Allan deviation and its degrees of freedom for each axis of a sensor.
+/// Averaging times in samples, with the Allan deviation and its degrees of freedom for each axis of
+/// a sensor.
 ///
-/// `progress` hears what share of the work is done; it, and an interrupt from the keyboard, can end it.
+/// `progress` hears what share of the work is done; it, and an interrupt from the check_signals,
+/// can end it.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "an argument from Python is owned")]
 pub(super) fn allan<'py>(
@@ -27,20 +29,23 @@ pub(super) fn allan<'py>(
     let progress = progress.clone().unbind();
     for (axis, (done, column)) in [0.0, 1.0, 2.0].into_iter().zip(samples.columns()).enumerate() {
         let column = column.to_vec();
-        let watch = |share: f64| {
+        let progress = |share: f64| {
             Python::attach(|py| {
                 py.check_signals()?;
                 progress.call1(py, ((done + share) / 3.0,)).map(drop)
             })
         };
-        let curve = py.detach(|| Curve::of(&column, watch))?;
+        let curve = py.detach(|| Curve::of(&column, progress))?;
         for k in 0..factors.len() {
             deviation[k][axis] = curve.deviation[k];
             degrees_of_freedom[k][axis] = curve.degrees_of_freedom[k];
         }
     }
     let fields = PyDict::new(py);
-    fields.set_item("factors", PyArray1::from_iter(py, factors.iter().map(|&factor| factor as u64)))?;
+    fields.set_item(
+        "factors",
+        PyArray1::from_iter(py, factors.iter().map(|&factor| factor as u64)),
+    )?;
     fields.set_item("deviation", matrix(py, deviation)?)?;
     fields.set_item("degrees_of_freedom", matrix(py, degrees_of_freedom)?)?;
     Ok(fields)

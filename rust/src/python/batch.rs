@@ -4,10 +4,11 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::batch::Batch;
 use crate::config::Config;
-use crate::detector::{Detector, Given};
+use crate::detectors::detector::Detector;
+use crate::detectors::scripted::Scripted;
 use crate::error::Error;
+use crate::pipeline::batch::Batch;
 use crate::python::block::Block;
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
@@ -15,7 +16,8 @@ use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
 use crate::python::{DataError, from_json};
 
-/// Samples that are copied out of `NumPy`'s memory at once, so that the copy stays near the processor.
+/// Samples that are copied out of `NumPy`'s memory at once, so that the copy stays near the
+/// processor.
 const PART: usize = 500;
 
 /// A recording on its way through the core; `footnav.track` dresses its columns as a trajectory.
@@ -43,19 +45,21 @@ impl PyBatch {
     ) -> PyResult<Self> {
         let config: Config = from_json(config)?;
         let strides = config.output.strides;
-        let with = |detector: Box<dyn Detector>| Batch::with_detector(config.clone(), rate_hz, detector);
+        let with =
+            |detector: Box<dyn Detector>| Batch::with_detector(config.clone(), rate_hz, detector);
         let (inner, failure) = match (detector, stationary) {
             (Some(object), _) => {
                 let (detector, failure) = PyDetector::new(object)?;
                 (with(Box::new(detector))?, Some(failure))
             }
-            (None, Some(decisions)) => (with(Box::new(Given::new(decisions)))?, None),
+            (None, Some(decisions)) => (with(Box::new(Scripted::new(decisions)))?, None),
             (None, None) => (Batch::new(config, rate_hz)?, None),
         };
         Ok(Self { inner: Exclusive::new(Some(inner)), failure, strides })
     }
 
-    /// Reads the arrays while the interpreter is left to others: they are a recording's, which nobody writes to.
+    /// Reads the arrays while the interpreter is left to others: they are a recording's, which
+    /// nobody writes to.
     #[pyo3(signature = (t, accel, gyro, mag=None))]
     fn push_block(
         &self,
@@ -76,19 +80,25 @@ impl PyBatch {
         Ok(pushed?)
     }
 
-    /// Columns of the track, fields of its health, and columns of its strides if the settings ask for them.
+    /// Columns of the track, fields of its health, and columns of its strides if the settings ask
+    /// for them.
     ///
-    /// `watch` is called now and then; what it raises, and an interrupt from the keyboard, ends the work.
-    fn finish<'py>(&self, py: Python<'py>, watch: &Bound<'py, PyAny>) -> PyResult<Finished<'py>> {
+    /// `progress` is called now and then; what it raises, and an interrupt from the check_signals,
+    /// ends the work.
+    fn finish<'py>(
+        &self,
+        py: Python<'py>,
+        progress: &Bound<'py, PyAny>,
+    ) -> PyResult<Finished<'py>> {
         let batch = self.inner.lock()?.take().ok_or_else(finished)?;
-        let watch = watch.clone().unbind();
-        let watch = || {
+        let progress = progress.clone().unbind();
+        let progress = || {
             Python::attach(|py| {
                 py.check_signals()?;
-                watch.call0(py).map(drop)
+                progress.call0(py).map(drop)
             })
         };
-        let track = py.detach(|| batch.finish_watched(watch));
+        let track = py.detach(|| batch.finish_with_progress(progress));
         self.check(py)?;
         let (trajectory, health, strides) = track?;
         let strides = self.strides.then(|| columns_with_covariance(py, &strides)).transpose()?;

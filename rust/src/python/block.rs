@@ -4,23 +4,26 @@ use std::ops::Range;
 
 use numpy::ndarray::{ArrayView1, ArrayView2, s};
 use numpy::{
-    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods,
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 
 use crate::error::Error;
 use crate::python::DataError;
-use crate::sample::{ImuSample, MagSample};
+use crate::types::sample::{ImuSample, MagSample};
 
 /// Stamps, specific force and angular rate.
-pub(super) type Columns<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
+pub(super) type Columns<'py> =
+    (PyReadonlyArray1<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>);
 
 /// Samples, and readings of a magnetometer if there is one.
 type Readings = (Vec<ImuSample>, Option<Vec<MagSample>>);
 
 /// The arrays of a block, which are read before anything else can happen to them.
 ///
-/// So nobody has to be told that they are being read, as with [`Columns`], which takes as long as two samples.
+/// So nobody has to be told that they are being read, as with [`Columns`], which takes as long as
+/// two samples.
 pub(super) struct Arrays<'a, 'py> {
     t: &'a Bound<'py, PyArray1<f64>>,
     accel: &'a Bound<'py, PyArray2<f64>>,
@@ -30,7 +33,8 @@ pub(super) struct Arrays<'a, 'py> {
 impl<'a, 'py> Arrays<'a, 'py> {
     /// None if one of them has still to be made an array of numbers of so many dimensions.
     ///
-    /// That goes for an instance of a subclass, too, since some entries of a masked array do not count, and for a field of packed records, whose numbers lie anywhere.
+    /// That goes for an instance of a subclass, too, since some entries of a masked array do not
+    /// count, and for a field of packed records, whose numbers lie anywhere.
     pub(super) fn of(
         t: &'a Bound<'py, PyAny>,
         accel: &'a Bound<'py, PyAny>,
@@ -40,15 +44,19 @@ impl<'a, 'py> Arrays<'a, 'py> {
             return None;
         }
         let arrays = Self { t: t.cast().ok()?, accel: accel.cast().ok()?, gyro: gyro.cast().ok()? };
-        let aligned = arrays.t.is_aligned() && arrays.accel.is_aligned() && arrays.gyro.is_aligned();
+        let aligned =
+            arrays.t.is_aligned() && arrays.accel.is_aligned() && arrays.gyro.is_aligned();
         aligned.then_some(arrays)
     }
 
     /// Copies of the samples, and of the readings of a magnetometer beside them.
     #[expect(unsafe_code, reason = "views of arrays that nobody was told of")]
     pub(super) fn read(&self, mag: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Readings> {
-        // SAFETY: the arrays are aligned; the views end with this call, which holds the interpreter and runs no code of Python, and nothing in this library writes to an array that Python knows.
-        let (t, accel, gyro) = unsafe { (self.t.as_array(), self.accel.as_array(), self.gyro.as_array()) };
+        // SAFETY: the arrays are aligned; the views end with this call, which holds the interpreter
+        // and runs no code of Python, and nothing in this library writes to an array that Python
+        // knows.
+        let (t, accel, gyro) =
+            unsafe { (self.t.as_array(), self.accel.as_array(), self.gyro.as_array()) };
         let block = Block { t, accel, gyro }.checked()?;
         Ok((block.samples(), mag.map(|mag| block.fields(&mag)).transpose()?))
     }
@@ -102,9 +110,13 @@ impl<'a> Block<'a> {
 
     /// Appends a copy of the samples.
     pub(super) fn copy_to(&self, samples: &mut Vec<ImuSample>) {
-        if let (Some(t), Some(accel), Some(gyro)) = (self.t.as_slice(), self.accel.as_slice(), self.gyro.as_slice()) {
+        if let (Some(t), Some(accel), Some(gyro)) =
+            (self.t.as_slice(), self.accel.as_slice(), self.gyro.as_slice())
+        {
             let vectors = accel.as_chunks::<3>().0.iter().zip(gyro.as_chunks::<3>().0);
-            samples.extend(t.iter().zip(vectors).map(|(&t, (&accel, &gyro))| ImuSample::new(t, accel, gyro)));
+            samples.extend(
+                t.iter().zip(vectors).map(|(&t, (&accel, &gyro))| ImuSample::new(t, accel, gyro)),
+            );
             return;
         }
         let row = |k: usize| {
@@ -119,10 +131,15 @@ impl<'a> Block<'a> {
         let mag = mag.as_array();
         let (n, shape) = (self.len(), mag.shape());
         if shape != [n, 3] {
-            return Err(DataError::new_err(format!("{n} stamps need mag of shape ({n}, 3); got {shape:?}")));
+            return Err(DataError::new_err(format!(
+                "{n} stamps need mag of shape ({n}, 3); got {shape:?}"
+            )));
         }
         let rows = self.t.iter().zip(mag.rows()).map(|(&t, row)| (t, [row[0], row[1], row[2]]));
         let read = rows.filter(|(_, field)| !field.iter().all(|component| component.is_nan()));
-        Ok(read.map(|(t, field)| MagSample::new(t, field)).collect::<Result<_, _>>().map_err(Error::from)?)
+        Ok(read
+            .map(|(t, field)| MagSample::new(t, field))
+            .collect::<Result<_, _>>()
+            .map_err(Error::from)?)
     }
 }

@@ -19,9 +19,13 @@ pub(super) fn calibrate<'py>(
     let raw = raw.readonly();
     let raw = raw.as_array();
     if raw.ncols() != 3 {
-        return Err(DataError::new_err(format!("readings have shape {:?}; expected (n, 3)", raw.shape())));
+        return Err(DataError::new_err(format!(
+            "readings have shape {:?}; expected (n, 3)",
+            raw.shape()
+        )));
     }
-    let readings: Vec<[f64; 3]> = raw.rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect();
+    let readings: Vec<[f64; 3]> =
+        raw.rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect();
     let temperatures = temperature.map_or_else(Vec::new, |column| column.as_array().to_vec());
     let corrected = py.detach(|| calibration.apply(&readings, &temperatures))?;
     matrix(py, corrected)

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 
-use crate::detector::{Decision, Detector};
+use crate::detectors::detector::{Decision, Detector};
 use crate::python::ConfigError;
-use crate::sample::ImuSample;
+use crate::types::sample::ImuSample;
 
 /// Most samples that a detector may be late by; they all wait in memory.
 const LATENCY_LIMIT: usize = 1_000_000;
@@ -28,7 +28,8 @@ impl Failure {
 
 /// Bridges a Python object to the core.
 ///
-/// The core cannot carry a Python exception, so the first one is kept in `failure` and no decision is made any more until a reset.
+/// The core cannot carry a Python exception, so the first one is kept in `failure` and no decision
+/// is made any more until a reset.
 pub(super) struct PyDetector {
     object: Py<PyAny>,
     latency: usize,
@@ -38,7 +39,8 @@ pub(super) struct PyDetector {
 }
 
 impl PyDetector {
-    /// Takes over `object`, which forgets what it has seen; the second is where its exceptions will be found.
+    /// Takes over `object`, which forgets what it has seen; the second is where its exceptions will
+    /// be found.
     pub(super) fn new(object: &Bound<'_, PyAny>) -> PyResult<(Self, Failure)> {
         for attribute in ["latency", "push", "reset"] {
             if !object.hasattr(attribute)? {
@@ -48,8 +50,13 @@ impl PyDetector {
         object.call_method0("reset")?;
         let failure = Failure::default();
         let latency = latency(object)?;
-        let detector =
-            Self { object: object.clone().unbind(), latency, seen: 0, answered: 0, failure: failure.clone() };
+        let detector = Self {
+            object: object.clone().unbind(),
+            latency,
+            seen: 0,
+            answered: 0,
+            failure: failure.clone(),
+        };
         Ok((detector, failure))
     }
 

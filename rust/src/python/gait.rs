@@ -5,9 +5,10 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::gait::{self, Stride};
+use crate::gait;
+use crate::gait::stride::Stride;
 use crate::python::matrix;
-use crate::strapdown::NavState;
+use crate::types::nav_state::NavState;
 
 /// The strides of a track, given its columns, which the caller has checked; without covariance.
 #[pyfunction]
@@ -24,7 +25,9 @@ pub(super) fn strides<'py>(
         time: t[k],
         position: [p[(k, 0)], p[(k, 1)], p[(k, 2)]].into(),
         velocity: [0.0; 3].into(),
-        attitude: UnitQuaternion::new_unchecked([q[(k, 0)], q[(k, 1)], q[(k, 2)], q[(k, 3)]].into()),
+        attitude: UnitQuaternion::new_unchecked(
+            [q[(k, 0)], q[(k, 1)], q[(k, 2)], q[(k, 3)]].into(),
+        ),
     };
     let rests = zero_velocity.as_array();
     columns(py, &gait::strides((0..t.len()).map(|k| (state(k), rests[k]))))
@@ -48,23 +51,34 @@ pub(super) fn stances<'py>(
 
 /// The fields of `footnav.steps.Steps` without the covariance, by name.
 fn columns<'py>(py: Python<'py>, strides: &[Stride]) -> PyResult<Bound<'py, PyDict>> {
-    let rows = |row: fn(&Stride) -> usize| PyArray1::from_iter(py, strides.iter().map(|s| row(s).cast_signed()));
+    let rows = |row: fn(&Stride) -> usize| {
+        PyArray1::from_iter(py, strides.iter().map(|s| row(s).cast_signed()))
+    };
     let numbers = |number: fn(&Stride) -> f64| PyArray1::from_iter(py, strides.iter().map(number));
     let fields = PyDict::new(py);
     fields.set_item("start_index", rows(|stride| stride.start_row))?;
     fields.set_item("end_index", rows(|stride| stride.end_row))?;
     fields.set_item("start", numbers(|stride| stride.start))?;
     fields.set_item("end", numbers(|stride| stride.end))?;
-    fields.set_item("displacement", matrix(py, strides.iter().map(|stride| stride.displacement.into()).collect())?)?;
+    fields.set_item(
+        "displacement",
+        matrix(py, strides.iter().map(|stride| stride.displacement.into()).collect())?,
+    )?;
     fields.set_item("start_heading", numbers(|stride| stride.start_heading))?;
     fields.set_item("heading_change", numbers(|stride| stride.heading_change))?;
     Ok(fields)
 }
 
 /// The fields of `footnav.steps.Steps` for strides that the filter found, by name.
-pub(super) fn columns_with_covariance<'py>(py: Python<'py>, strides: &[Stride]) -> PyResult<Bound<'py, PyDict>> {
+pub(super) fn columns_with_covariance<'py>(
+    py: Python<'py>,
+    strides: &[Stride],
+) -> PyResult<Bound<'py, PyDict>> {
     let fields = columns(py, strides)?;
-    let numbers = strides.iter().filter_map(|stride| stride.covariance).flat_map(|covariance| covariance.data.0);
+    let numbers = strides
+        .iter()
+        .filter_map(|stride| stride.covariance)
+        .flat_map(|covariance| covariance.data.0);
     let flat = PyArray1::from_iter(py, numbers.flatten());
     fields.set_item("covariance", flat.reshape([strides.len(), 4, 4])?)?;
     Ok(fields)

@@ -7,22 +7,25 @@ use pyo3::types::PyDict;
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::filter::states::STATES;
-use crate::health::{Health, Reasons};
-use crate::navigator::{Navigator, Solution};
+use crate::filter::error_state::STATES;
+use crate::pipeline::navigator::Navigator;
 use crate::python::block::Arrays;
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::{from_json, matrix};
-use crate::sample::ImuSample;
-use crate::strapdown::NavState;
-use crate::trajectory::Trajectory;
+use crate::types::health::{Flags, Health};
+use crate::types::nav_state::NavState;
+use crate::types::sample::ImuSample;
+use crate::types::solution::Solution;
+use crate::types::trajectory::Trajectory;
 
-/// Samples of a block from which on the interpreter is left to others; to leave it and take it back takes as long as a sample.
+/// Samples of a block from which on the interpreter is left to others; to leave it and take it back
+/// takes as long as a sample.
 const SHORT: usize = 100;
 
-/// The solutions that came out, and the health that they came out in; a column becomes an array when it is asked for.
+/// The solutions that came out, and the health that they came out in; a column becomes an array
+/// when it is asked for.
 #[pyclass(frozen, name = "Columns", module = "footnav._core")]
 pub(super) struct PyColumns {
     solutions: Vec<Solution>,
@@ -36,12 +39,14 @@ impl PyColumns {
             "t" => self.numbers(py, |solution| solution.estimate.nav.time),
             "position" => self.rows(py, |solution| solution.estimate.nav.position.into())?,
             "velocity" => self.rows(py, |solution| solution.estimate.nav.velocity.into())?,
-            "quaternion" => self.rows::<4>(py, |solution| solution.estimate.nav.attitude.coords.into())?,
+            "quaternion" => {
+                self.rows::<4>(py, |solution| solution.estimate.nav.attitude.coords.into())?
+            }
             "zero_velocity" => self.numbers(py, |solution| solution.zero_velocity),
             "position_std" => self.rows(py, |solution| solution.position_std.into())?,
             "gyro_bias" => self.rows(py, |solution| solution.estimate.gyro_bias.into())?,
             "accel_bias" => self.rows(py, |solution| solution.estimate.accel_bias.into())?,
-            "reasons" => self.numbers(py, |solution| solution.reasons.bits()),
+            "flags" => self.numbers(py, |solution| solution.flags.bits()),
             _ => return Err(PyKeyError::new_err(name.to_owned())),
         })
     }
@@ -52,7 +57,11 @@ impl PyColumns {
 }
 
 impl PyColumns {
-    fn numbers<'py, T: Element>(&self, py: Python<'py>, number: impl Fn(&Solution) -> T) -> Bound<'py, PyAny> {
+    fn numbers<'py, T: Element>(
+        &self,
+        py: Python<'py>,
+        number: impl Fn(&Solution) -> T,
+    ) -> Bound<'py, PyAny> {
         PyArray1::from_iter(py, self.solutions.iter().map(number)).into_any()
     }
 
@@ -80,15 +89,31 @@ impl PyNavigator {
     fn new(config: &[u8], rate_hz: f64, detector: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let config: Config = from_json(config)?;
         let Some(object) = detector else {
-            return Ok(Self { inner: Exclusive::new(Navigator::new(config, rate_hz)?), failure: None });
+            return Ok(Self {
+                inner: Exclusive::new(Navigator::new(config, rate_hz)?),
+                failure: None,
+            });
         };
         let (detector, failure) = PyDetector::new(object)?;
         let inner = Navigator::with_detector(config, rate_hz, Box::new(detector))?;
         Ok(Self { inner: Exclusive::new(inner), failure: Some(failure) })
     }
 
-    #[expect(clippy::too_many_arguments, reason = "floats are the cheapest thing to hand over from Python")]
-    fn push(&self, py: Python<'_>, t: f64, ax: f64, ay: f64, az: f64, gx: f64, gy: f64, gz: f64) -> PyResult<bool> {
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "floats are the cheapest thing to hand over from Python"
+    )]
+    fn push(
+        &self,
+        py: Python<'_>,
+        t: f64,
+        ax: f64,
+        ay: f64,
+        az: f64,
+        gx: f64,
+        gy: f64,
+        gz: f64,
+    ) -> PyResult<bool> {
         self.check(py)?;
         let sample = ImuSample::new(t, [ax, ay, az], [gx, gy, gz]);
         let is_new = self.inner.lock()?.advance(&sample);
@@ -116,7 +141,7 @@ impl PyNavigator {
                 navigator.push_field(reading);
             }
         } else {
-            navigator.check_field().map_err(Error::from)?;
+            navigator.check_magnetometer().map_err(Error::from)?;
         }
         let mut solutions = Vec::with_capacity(samples.len());
         let mut push = || navigator.push_block_into(&samples, &mut solutions);
@@ -172,17 +197,23 @@ impl PyNavigator {
 
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.nav.position.as_slice()))
+        self.of_latest(|solution| {
+            PyArray1::from_slice(py, solution.estimate.nav.position.as_slice())
+        })
     }
 
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.nav.velocity.as_slice()))
+        self.of_latest(|solution| {
+            PyArray1::from_slice(py, solution.estimate.nav.velocity.as_slice())
+        })
     }
 
     #[getter]
     fn quaternion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.of_latest(|solution| PyArray1::from_slice(py, solution.estimate.nav.attitude.coords.as_slice()))
+        self.of_latest(|solution| {
+            PyArray1::from_slice(py, solution.estimate.nav.attitude.coords.as_slice())
+        })
     }
 
     #[getter]
@@ -204,7 +235,8 @@ impl PyNavigator {
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let navigator = self.inner.lock()?;
         let Some(covariance) = navigator.covariance() else { return Ok(None) };
-        let dense: Vec<[f64; STATES]> = covariance.dense().row_iter().map(|row| row.transpose().into()).collect();
+        let dense: Vec<[f64; STATES]> =
+            covariance.dense().row_iter().map(|row| row.transpose().into()).collect();
         matrix(py, dense).map(Some)
     }
 }
@@ -217,7 +249,7 @@ impl PyNavigator {
 
     /// Something of the newest solution.
     fn of_latest<T>(&self, something: impl FnOnce(&Solution) -> T) -> PyResult<Option<T>> {
-        Ok(self.inner.lock()?.look_at_latest(something))
+        Ok(self.inner.lock()?.with_latest(something))
     }
 }
 
@@ -235,7 +267,7 @@ pub(super) fn health_fields<'py>(py: Python<'py>, health: &Health) -> PyResult<B
     counters.set_item("magnetic_updates", health.counters.updates.magnetic)?;
     counters.set_item("magnetic_rejected", health.counters.updates.magnetic_rejected)?;
     let fields = PyDict::new(py);
-    fields.set_item("reasons", health.reasons.bits())?;
+    fields.set_item("flags", health.flags.bits())?;
     fields.set_item("counters", counters)?;
     fields.set_item("horizontal_std", health.horizontal_std)?;
     fields.set_item("vertical_std", health.vertical_std)?;
@@ -253,7 +285,7 @@ pub(super) fn columns(py: Python<'_>, trajectory: Trajectory) -> PyResult<Bound<
     fields.set_item("position_std", matrix(py, trajectory.position_std)?)?;
     fields.set_item("gyro_bias", matrix(py, trajectory.gyro_bias)?)?;
     fields.set_item("accel_bias", matrix(py, trajectory.accel_bias)?)?;
-    fields.set_item("reasons", PyArray1::from_iter(py, trajectory.reasons.iter().map(Reasons::bits)))?;
+    fields.set_item("flags", PyArray1::from_iter(py, trajectory.flags.iter().map(Flags::bits)))?;
     Ok(fields)
 }
 

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use serde::Deserialize;
 
 use crate::python::block::Block;
-use crate::python::{ConfigError, from_json, keyboard, matrix, to_json};
+use crate::python::{ConfigError, check_signals, from_json, matrix, to_json};
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
 /// All that a simulation needs.
@@ -24,7 +24,9 @@ struct Plan {
 #[pyfunction]
 pub(super) fn simulate<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py, PyDict>> {
     let Plan { route, gait, sensor, settings } = from_json(plan)?;
-    let walk = py.detach(|| crate::simulation::simulate_watched(&route, &gait, &sensor, &settings, keyboard))?;
+    let walk = py.detach(|| {
+        crate::simulation::simulate_with_progress(&route, &gait, &sensor, &settings, check_signals)
+    })?;
     columns(py, &walk)
 }
 
@@ -41,11 +43,19 @@ struct RestPlan {
 #[pyfunction]
 pub(super) fn simulate_rest<'py>(py: Python<'py>, plan: &[u8]) -> PyResult<Bound<'py, PyDict>> {
     let RestPlan { duration, sensor, settings } = from_json(plan)?;
-    let samples = py.detach(|| crate::simulation::rest_watched(duration, &sensor, &settings, keyboard))?;
+    let samples = py.detach(|| {
+        crate::simulation::rest_with_progress(duration, &sensor, &settings, check_signals)
+    })?;
     let fields = PyDict::new(py);
     fields.set_item("t", PyArray1::from_iter(py, samples.iter().map(|sample| sample.time)))?;
-    fields.set_item("accel", matrix(py, samples.iter().map(|sample| sample.specific_force.into()).collect())?)?;
-    fields.set_item("gyro", matrix(py, samples.iter().map(|sample| sample.angular_rate.into()).collect())?)?;
+    fields.set_item(
+        "accel",
+        matrix(py, samples.iter().map(|sample| sample.specific_force.into()).collect())?,
+    )?;
+    fields.set_item(
+        "gyro",
+        matrix(py, samples.iter().map(|sample| sample.angular_rate.into()).collect())?,
+    )?;
     Ok(fields)
 }
 
@@ -90,14 +100,25 @@ pub(super) fn route(shape: &str, sizes: Vec<f64>) -> PyResult<String> {
         ("rectangle", &[length, width]) => Route::rectangle(length, width),
         ("figure-of-eight", &[length]) => Route::figure_of_eight(length),
         ("out-and-back", &[length]) => Route::out_and_back(length),
-        ("stairs", &[floors, risers, riser, tread]) => Route::stairs(count(floors)?, count(risers)?, riser, tread),
-        _ => return Err(ConfigError::new_err(format!("no route {shape:?} with {} sizes", sizes.len()))),
+        ("stairs", &[floors, risers, riser, tread]) => {
+            Route::stairs(count(floors)?, count(risers)?, riser, tread)
+        }
+        _ => {
+            return Err(ConfigError::new_err(format!(
+                "no route {shape:?} with {} sizes",
+                sizes.len()
+            )));
+        }
     };
     to_json(&route)
 }
 
 /// A whole number that came as a float.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be a whole number below 10000")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be a whole number below 10000"
+)]
 fn count(value: f64) -> PyResult<u32> {
     if value.fract() == 0.0 && (1.0..1.0e4).contains(&value) {
         return Ok(value as u32);
@@ -108,15 +129,23 @@ fn count(value: f64) -> PyResult<u32> {
 }
 
 fn columns<'py>(py: Python<'py>, walk: &Walk) -> PyResult<Bound<'py, PyDict>> {
-    let vectors = |column: &mut dyn Iterator<Item = Vector3<f64>>| matrix(py, column.map(<[f64; 3]>::from).collect());
+    let vectors = |column: &mut dyn Iterator<Item = Vector3<f64>>| {
+        matrix(py, column.map(<[f64; 3]>::from).collect())
+    };
     let fields = PyDict::new(py);
     fields.set_item("t", PyArray1::from_iter(py, walk.samples.iter().map(|sample| sample.time)))?;
-    fields.set_item("accel", vectors(&mut walk.samples.iter().map(|sample| sample.specific_force))?)?;
-    fields.set_item("gyro", vectors(&mut walk.samples.iter().map(|sample| sample.angular_rate))?)?;
+    fields.set_item(
+        "accel",
+        vectors(&mut walk.samples.iter().map(|sample| sample.specific_force))?,
+    )?;
+    fields
+        .set_item("gyro", vectors(&mut walk.samples.iter().map(|sample| sample.angular_rate))?)?;
     fields.set_item("position", vectors(&mut walk.truth.iter().map(|state| state.position))?)?;
     fields.set_item("velocity", vectors(&mut walk.truth.iter().map(|state| state.velocity))?)?;
-    fields
-        .set_item("quaternion", matrix(py, walk.truth.iter().map(|state| state.attitude.coords.into()).collect())?)?;
+    fields.set_item(
+        "quaternion",
+        matrix(py, walk.truth.iter().map(|state| state.attitude.coords.into()).collect())?,
+    )?;
     fields.set_item("stance", PyArray1::from_slice(py, &walk.stance))?;
     fields.set_item("gyro_bias", vectors(&mut walk.gyro_bias.iter().copied())?)?;
     fields.set_item("accel_bias", vectors(&mut walk.accel_bias.iter().copied())?)?;

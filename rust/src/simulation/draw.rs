@@ -1,4 +1,5 @@
-//! Random numbers: one stream for each cause, so that a change of one leaves the others as they were.
+//! Random numbers: one stream for each cause, so that a change of one leaves the others as they
+//! were.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -43,11 +44,11 @@ pub(super) fn normals(random: &mut ChaCha8Rng) -> Vector3<f64> {
 }
 
 /// Standard normal held within 2.5 standard deviations: a foot has no tails.
-pub(super) fn moderate(random: &mut ChaCha8Rng) -> f64 {
+pub(super) fn clamped_normal(random: &mut ChaCha8Rng) -> f64 {
     normal(random).clamp(-WIDEST, WIDEST)
 }
 
 /// A factor about 1 with the relative standard deviation `variation`.
 pub(super) fn factor(random: &mut ChaCha8Rng, variation: f64) -> f64 {
-    1.0 + variation * moderate(random)
+    1.0 + variation * clamped_normal(random)
 }

@@ -1,19 +1,22 @@
 //! Flicker (1/f) noise: a bias that is never quite the same, the bias instability of data sheets.
 //!
-//! First-order Gauss-Markov processes of equal variance s², whose correlation times are a factor r apart, add up to a spectrum of s² / (f ln r) between the
-//! first and the last of them.  A bias instability B is the spectrum B² / (π f) (one-sided), so that s² = B² ln r / π.  With decades from 0.03 s on the Allan
-//! deviation stays within 1.5 % of sqrt(2 ln 2 / π) B = 0.664 B at averaging times from 1 s to 10,000 s, and within 6 % from 0.1 s on.
+//! First-order Gauss-Markov processes of equal variance s², whose correlation times are a factor r
+//! apart, add up to a spectrum of s² / (f ln r) between the first and the last of them.  A bias
+//! instability B is the spectrum B² / (π f) (one-sided), so that s² = B² ln r / π.  With decades
+//! from 0.03 s on the Allan deviation stays within 1.5 % of sqrt(2 ln 2 / π) B = 0.664 B at
+//! averaging times from 1 s to 10,000 s, and within 6 % from 0.1 s on.
 //!
 //! # References
 //! - IEEE Std 952-1997, annex C.1.1: bias instability.
-//! - M. S. Keshner, "1/f noise", Proceedings of the IEEE 70(3), 1982: a sum of relaxation processes.
+//! - M. S. Keshner, "1/f noise", Proceedings of the IEEE 70(3), 1982: a sum of relaxation
+//!   processes.
 
 use std::f64::consts::{LN_10, PI};
 
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
-use super::draw;
+use crate::simulation::draw;
 
 /// Correlation times of the processes, s.
 const CORRELATION_TIMES: [f64; 8] = [0.03, 0.3, 3.0, 30.0, 300.0, 3e3, 3e4, 3e5];
@@ -46,7 +49,8 @@ impl Flicker {
         }
         for (state, time) in self.states.iter_mut().zip(CORRELATION_TIMES) {
             let kept = (-dt / time).exp();
-            *state = kept * *state + self.std * (1.0 - kept.powi(2)).sqrt() * draw::normals(&mut self.random);
+            *state = kept * *state
+                + self.std * (1.0 - kept.powi(2)).sqrt() * draw::normals(&mut self.random);
         }
     }
 }

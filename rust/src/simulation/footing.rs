@@ -5,11 +5,12 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
-use super::draw;
-use super::gait::Gait;
-use super::route::{Route, Waypoint};
+use crate::simulation::draw;
+use crate::simulation::gait::Gait;
+use crate::simulation::route::{Route, Waypoint};
 
-/// Share of a whole stride that the first and the last one take, which bring the feet apart and together again.
+/// Share of a whole stride that the first and the last one take, which bring the feet apart and
+/// together again.
 const HALF: f64 = 0.5;
 /// Most that the foot turns in one stride on the spot, rad.
 const WIDEST_PIVOT: f64 = 100.0 * PI / 180.0;
@@ -46,7 +47,8 @@ pub(super) fn plan(route: &Route, gait: &Gait, random: &mut ChaCha8Rng) -> Vec<F
     footholds
 }
 
-/// A part of the route that is walked without a stop, with the distance of each corner from its start.
+/// A part of the route that is walked without a stop, with the distance of each corner from its
+/// start.
 struct Run {
     points: Vec<Vector3<f64>>,
     travelled: Vec<f64>,
@@ -56,7 +58,8 @@ struct Run {
 
 impl Run {
     fn new(from: Vector3<f64>, to: &Waypoint) -> Self {
-        let mut run = Self { points: vec![from], travelled: vec![0.0], treads: to.tread, lift: to.lift };
+        let mut run =
+            Self { points: vec![from], travelled: vec![0.0], treads: to.tread, lift: to.lift };
         run.push(to.position);
         run
     }
@@ -69,7 +72,10 @@ impl Run {
 
     /// Whether `way` to a waypoint is walked without a stop after this run.
     fn goes_on(&self, to: &Waypoint, way: &Vector3<f64>, sharpest_curve: f64) -> bool {
-        !self.lift && !to.lift && self.treads == to.tread && bend(&self.last_leg(), way) <= sharpest_curve
+        !self.lift
+            && !to.lift
+            && self.treads == to.tread
+            && bend(&self.last_leg(), way) <= sharpest_curve
     }
 
     fn length(&self) -> f64 {
@@ -83,7 +89,10 @@ impl Run {
 
     /// The point at `distance` from the start, which is held within the run.
     fn at(&self, distance: f64) -> Vector3<f64> {
-        let leg = self.travelled.partition_point(|&travelled| travelled < distance).clamp(1, self.points.len() - 1);
+        let leg = self
+            .travelled
+            .partition_point(|&travelled| travelled < distance)
+            .clamp(1, self.points.len() - 1);
         let (start, end) = (self.travelled[leg - 1], self.travelled[leg]);
         let share = ((distance - start) / (end - start)).clamp(0.0, 1.0);
         self.points[leg - 1].lerp(&self.points[leg], share)
@@ -105,7 +114,8 @@ impl Run {
         distances
     }
 
-    /// The foot looks along the chord from a stride before the foothold to a stride after it, which rounds a bend.
+    /// The foot looks along the chord from a stride before the foothold to a stride after it, which
+    /// rounds a bend.
     fn foothold(&self, distance: f64, gait: &Gait) -> Foothold {
         let chord = self.at(distance + gait.stride_length) - self.at(distance - gait.stride_length);
         Foothold { position: self.at(distance), yaw: yaw(&chord), by_lift: false }
@@ -134,7 +144,9 @@ fn stride_shares(strides: f64, variation: f64, random: &mut ChaCha8Rng) -> Vec<f
         return vec![1.0];
     }
     let mut shares = vec![HALF];
-    shares.extend((0_u32..).take_while(|&k| f64::from(k) < inner).map(|_| draw::factor(random, variation)));
+    shares.extend(
+        (0_u32..).take_while(|&k| f64::from(k) < inner).map(|_| draw::factor(random, variation)),
+    );
     shares.push(HALF);
     shares
 }
@@ -149,7 +161,8 @@ fn ride(footholds: &mut Vec<Foothold>, run: &Run) {
     footholds.push(Foothold { position: run.points[1], by_lift: true, ..last });
 }
 
-/// Adds the footholds in place that bring the last one into the direction of `next`, which stands on the same spot.
+/// Adds the footholds in place that bring the last one into the direction of `next`, which stands
+/// on the same spot.
 fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_curve: f64) {
     let Some(&last) = footholds.last() else {
         footholds.push(*next);
@@ -160,11 +173,13 @@ fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_cur
         return;
     }
     let pivots = (turn.abs() / WIDEST_PIVOT).ceil();
-    let pivot = |k: u32| Foothold { yaw: last.yaw + turn * f64::from(k) / pivots, by_lift: false, ..last };
+    let pivot =
+        |k: u32| Foothold { yaw: last.yaw + turn * f64::from(k) / pivots, by_lift: false, ..last };
     footholds.extend((1_u32..).take_while(|&k| f64::from(k) <= pivots).map(pivot));
 }
 
-/// Moves every foothold but the first and the last a little to the side and turns it a little; a foot in a lift stays where it stands.
+/// Moves every foothold but the first and the last a little to the side and turns it a little; a
+/// foot in a lift stays where it stands.
 fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) {
     let inner = footholds.len().saturating_sub(1);
     for k in 1..footholds.len() {
@@ -176,8 +191,11 @@ fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) 
             foothold.position.z = height;
         } else if k < inner {
             let (sin, cos) = foothold.yaw.sin_cos();
-            foothold.position += variation * SIDEWAYS_SCATTER * draw::moderate(random) * Vector3::new(-sin, cos, 0.0);
-            foothold.yaw += variation * YAW_SCATTER * draw::moderate(random);
+            foothold.position += variation
+                * SIDEWAYS_SCATTER
+                * draw::clamped_normal(random)
+                * Vector3::new(-sin, cos, 0.0);
+            foothold.yaw += variation * YAW_SCATTER * draw::clamped_normal(random);
         }
     }
 }
@@ -211,8 +229,10 @@ mod tests {
 
     #[test]
     fn a_straight_way_is_two_half_strides_and_whole_ones_between() {
-        let way: Vec<f64> =
-            planned(&Route::straight(4.0), &steady()).iter().map(|foothold| foothold.position.x).collect();
+        let way: Vec<f64> = planned(&Route::straight(4.0), &steady())
+            .iter()
+            .map(|foothold| foothold.position.x)
+            .collect();
         assert_eq!(way, [0.0, 0.5, 1.5, 2.5, 3.5, 4.0]);
     }
 
@@ -223,7 +243,11 @@ mod tests {
         let last = footholds[footholds.len() - 1];
         assert!((last.position - Vector3::new(9.0, 0.0, 0.0)).norm() < 1e-12);
         assert!(last.yaw.abs() < 1e-12);
-        assert!(footholds[1..footholds.len() - 1].iter().any(|foothold| foothold.position.y.abs() > 0.01));
+        assert!(
+            footholds[1..footholds.len() - 1]
+                .iter()
+                .any(|foothold| foothold.position.y.abs() > 0.01)
+        );
     }
 
     #[test]
@@ -234,7 +258,8 @@ mod tests {
     #[test]
     fn an_about_turn_takes_two_strides_on_the_spot() {
         let footholds = planned(&Route::out_and_back(3.0), &steady());
-        let there: Vec<_> = footholds.iter().filter(|foothold| (foothold.position.x - 3.0).abs() < 1e-12).collect();
+        let there: Vec<_> =
+            footholds.iter().filter(|foothold| (foothold.position.x - 3.0).abs() < 1e-12).collect();
         assert_eq!(there.len(), 3);
         assert!((there[1].yaw.abs() - PI / 2.0).abs() < 1e-12);
         assert!((wrap(there[2].yaw - PI)).abs() < 1e-12);
@@ -244,7 +269,9 @@ mod tests {
     fn a_gentle_corner_is_rounded_without_a_stop() {
         let gait = Gait { sharpest_curve: 2.0, ..steady() };
         let footholds = planned(&Route::rectangle(4.0, 4.0), &gait);
-        assert!(footholds.windows(2).all(|pair| (pair[1].position - pair[0].position).norm() > 0.2));
+        assert!(
+            footholds.windows(2).all(|pair| (pair[1].position - pair[0].position).norm() > 0.2)
+        );
         assert!(footholds.windows(2).any(|pair| (0.1..1.5).contains(&(pair[1].yaw - pair[0].yaw))));
     }
 
@@ -260,7 +287,11 @@ mod tests {
 
     #[test]
     fn in_a_lift_the_foot_stays_where_it_stands() {
-        let waypoint = |x: f64, z: f64, lift| Waypoint { position: Vector3::new(x, 0.0, z), lift, tread: false };
+        let waypoint = |x: f64, z: f64, lift| Waypoint {
+            position: Vector3::new(x, 0.0, z),
+            lift,
+            tread: false,
+        };
         let waypoints = vec![
             waypoint(0.0, 0.0, false),
             waypoint(4.0, 0.0, false),
@@ -271,14 +302,20 @@ mod tests {
         let k = footholds.iter().position(|foothold| foothold.by_lift).unwrap();
         let (entered, left) = (footholds[k - 1], footholds[k]);
         assert_eq!((left.position - entered.position, left.yaw), (6.0 * Vector3::z(), entered.yaw));
-        assert!(footholds[k + 1..].iter().all(|foothold| !foothold.by_lift && foothold.position.z > 5.9));
+        assert!(
+            footholds[k + 1..]
+                .iter()
+                .all(|foothold| !foothold.by_lift && foothold.position.z > 5.9)
+        );
     }
 
     #[test]
     fn around_a_figure_of_eight_the_foot_keeps_turning() {
         let footholds = planned(&Route::figure_of_eight(40.0), &steady());
-        let turned: f64 = footholds.windows(2).map(|pair| wrap(pair[1].yaw - pair[0].yaw).abs()).sum();
-        // The chords at the start and at the end reach over half a stride only, so a little of the two circles is missing.
+        let turned: f64 =
+            footholds.windows(2).map(|pair| wrap(pair[1].yaw - pair[0].yaw).abs()).sum();
+        // The chords at the start and at the end reach over half a stride only, so a little of the
+        // two circles is missing.
         assert!((turned - 2.0 * TAU).abs() < 0.8, "{turned}");
     }
 }

@@ -8,11 +8,13 @@ use crate::limits;
 
 /// The gait of the foot that carries the sensor, a left one.
 ///
-/// The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole below the sensor.  The default is a walking person.
+/// The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole
+/// below the sensor.  The default is a walking person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gait {
-    /// Way from one foothold of the foot to its next one, m; the strides of a leg are stretched so that they fill it.
+    /// Way from one foothold of the foot to its next one, m; the strides of a leg are stretched so
+    /// that they fill it.
     pub stride_length: f64,
     /// Time from one heel-off to the next one, s.
     pub stride_duration: f64,
@@ -40,7 +42,8 @@ pub struct Gait {
     pub rest_after: f64,
     /// Relative standard deviation from stride to stride of length, duration, angles and impact.
     pub variation: f64,
-    /// Change of direction up to which a corner of the route is rounded while walking, rad; sharper ones are turned on the spot.
+    /// Change of direction up to which a corner of the route is rounded while walking, rad; sharper
+    /// ones are turned on the spot.
     pub sharpest_curve: f64,
 }
 
@@ -115,7 +118,10 @@ impl Gait {
             "walk" => Ok(Self::walk()),
             "slow" => Ok(Self::slow()),
             "run" => Ok(Self::run()),
-            _ => Err(ConfigError::UnknownPreset { name: name.to_owned(), known: Self::PRESETS.join(", ") }),
+            _ => Err(ConfigError::UnknownPreset {
+                name: name.to_owned(),
+                known: Self::PRESETS.join(", "),
+            }),
         }
     }
 

@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
-use super::footing::Foothold;
-use super::gait::Gait;
-use super::stride::{FootState, Stride};
-use super::timed::{Ramp, Timed};
+use crate::simulation::footing::Foothold;
+use crate::simulation::gait::Gait;
+use crate::simulation::stride::{FootState, Stride};
+use crate::simulation::timed::{Ramp, Timed};
 
 /// Speed that a lift in a house travels at, m/s, and its greatest acceleration, m/s².
 const SPEED: f64 = 1.0;
@@ -18,7 +18,7 @@ const DOORS: f64 = 3.0;
 
 /// The ride from one floor to another.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ride {
+pub(super) struct LiftRide {
     /// The stride that the foot would take after the ride: before it, the foot stands.
     standing: Stride,
     start: f64,
@@ -28,9 +28,16 @@ pub(super) struct Ride {
     slowing_down: Ramp,
 }
 
-impl Ride {
-    /// The ride that begins at `start` (s) on the foothold `from` and ends on `to`, straight above or below it.
-    pub(super) fn new(gait: &Gait, start: f64, from: Foothold, to: Foothold, random: &mut ChaCha8Rng) -> Self {
+impl LiftRide {
+    /// The ride that begins at `start` (s) on the foothold `from` and ends on `to`, straight above
+    /// or below it.
+    pub(super) fn new(
+        gait: &Gait,
+        start: f64,
+        from: Foothold,
+        to: Foothold,
+        random: &mut ChaCha8Rng,
+    ) -> Self {
         let height = to.position.z - from.position.z;
         let speed = SPEED.min((height.abs() * ACCELERATION / STEEPEST).sqrt());
         let (ramp, departure) = (speed * STEEPEST / ACCELERATION, start + DOORS);
@@ -60,10 +67,11 @@ impl Ride {
         time <= self.speeding_up.start || time >= self.slowing_down.end
     }
 
-    /// The foot at `time` (s), with the trembling of its three angles (rad).
-    pub(super) fn at(&self, time: f64, trembling: &[Timed; 3]) -> FootState {
-        let standing = self.standing.at(time, trembling);
-        let climbed = (integral(&self.speeding_up, time) - integral(&self.slowing_down, time)) * self.velocity;
+    /// The foot at `time` (s), with the tremor of its three angles (rad).
+    pub(super) fn at(&self, time: f64, tremor: &[Timed; 3]) -> FootState {
+        let standing = self.standing.at(time, tremor);
+        let climbed = (integral(&self.speeding_up, time) - integral(&self.slowing_down, time))
+            * self.velocity;
         FootState {
             position: standing.position + climbed.value * Vector3::z(),
             velocity: standing.velocity + climbed.rate * Vector3::z(),
@@ -87,10 +95,11 @@ mod tests {
 
     const STILL: [Timed; 3] = [Timed::ZERO; 3];
 
-    fn ride(height: f64) -> Ride {
+    fn ride(height: f64) -> LiftRide {
         let from = Foothold { position: Vector3::new(1.0, 2.0, 3.0), yaw: 0.4, by_lift: false };
-        let to = Foothold { position: from.position + height * Vector3::z(), by_lift: true, ..from };
-        Ride::new(&Gait::walk(), 5.0, from, to, &mut draw::stream(2, draw::Cause::Gait))
+        let to =
+            Foothold { position: from.position + height * Vector3::z(), by_lift: true, ..from };
+        LiftRide::new(&Gait::walk(), 5.0, from, to, &mut draw::stream(2, draw::Cause::Gait))
     }
 
     #[test]
@@ -98,13 +107,20 @@ mod tests {
         for height in [-12.0, -0.5, 0.2, 30.0] {
             let ride = ride(height);
             let at = |time: f64| ride.at(time, &STILL);
-            assert!((at(ride.end()).position - at(ride.start()).position - height * Vector3::z()).norm() < 1e-12);
+            assert!(
+                (at(ride.end()).position - at(ride.start()).position - height * Vector3::z())
+                    .norm()
+                    < 1e-12
+            );
             assert!(at(ride.end()).velocity.norm() < 1e-12);
             let (step, mut time) = (0.01, ride.start());
             while time < ride.end() {
                 let (before, after) = (at(time), at(time + step));
                 let difference = (after.position - before.position) / step;
-                assert!((difference - 0.5 * (before.velocity + after.velocity)).norm() < 1e-4, "at {time}");
+                assert!(
+                    (difference - 0.5 * (before.velocity + after.velocity)).norm() < 1e-4,
+                    "at {time}"
+                );
                 assert!((after.velocity - before.velocity).norm() / step < ACCELERATION + 1e-9);
                 assert!(after.velocity.norm() < SPEED + 1e-12);
                 assert!(!ride.is_flat(time) || before.velocity.norm() < 1e-12);

@@ -2,12 +2,13 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::footing::{self, Foothold};
-use super::gait::Gait;
-use super::lift::Ride;
-use super::route::Route;
-use super::stride::{FootState, Stride};
-use super::tremor::Tremor;
+use crate::simulation::footing;
+use crate::simulation::footing::Foothold;
+use crate::simulation::gait::Gait;
+use crate::simulation::lift::LiftRide;
+use crate::simulation::route::Route;
+use crate::simulation::stride::{FootState, Stride};
+use crate::simulation::tremor::Tremor;
 
 /// Where the foot is at any time of a walk.
 #[derive(Clone, Debug)]
@@ -21,7 +22,7 @@ pub(super) struct Motion {
 #[derive(Clone, Debug)]
 enum Movement {
     Stride(Stride),
-    Ride(Ride),
+    LiftRide(LiftRide),
 }
 
 impl Motion {
@@ -46,10 +47,10 @@ impl Motion {
 
     /// The foot at `time` (s); before the first movement and after the last it rests.
     pub(super) fn at(&self, time: f64) -> FootState {
-        let trembling = self.tremor.map(|tremor| tremor.at(time));
+        let tremor = self.tremor.map(|tremor| tremor.at(time));
         match self.movement(time) {
-            Movement::Stride(stride) => stride.at(time, &trembling),
-            Movement::Ride(ride) => ride.at(time, &trembling),
+            Movement::Stride(stride) => stride.at(time, &tremor),
+            Movement::LiftRide(ride) => ride.at(time, &tremor),
         }
     }
 
@@ -57,7 +58,7 @@ impl Motion {
     pub(super) fn is_flat(&self, time: f64) -> bool {
         match self.movement(time) {
             Movement::Stride(stride) => stride.is_flat(time),
-            Movement::Ride(ride) => ride.is_flat(time),
+            Movement::LiftRide(ride) => ride.is_flat(time),
         }
     }
 
@@ -70,7 +71,7 @@ impl Motion {
 impl Movement {
     fn new(gait: &Gait, start: f64, from: Foothold, to: Foothold, random: &mut ChaCha8Rng) -> Self {
         if to.by_lift {
-            Self::Ride(Ride::new(gait, start, from, to, random))
+            Self::LiftRide(LiftRide::new(gait, start, from, to, random))
         } else {
             Self::Stride(Stride::new(gait, start, from, to, random))
         }
@@ -79,14 +80,14 @@ impl Movement {
     fn start(&self) -> f64 {
         match self {
             Self::Stride(stride) => stride.start(),
-            Self::Ride(ride) => ride.start(),
+            Self::LiftRide(ride) => ride.start(),
         }
     }
 
     fn end(&self) -> f64 {
         match self {
             Self::Stride(stride) => stride.end(),
-            Self::Ride(ride) => ride.end(),
+            Self::LiftRide(ride) => ride.end(),
         }
     }
 }

@@ -25,7 +25,8 @@ const RISERS_PER_STRIDE: u32 = 2;
 pub struct Waypoint {
     /// Where the sole goes, n frame, m.
     pub position: Vector3<f64>,
-    /// Whether the way to here is a single stride onto a tread of stairs; if not, it is divided into strides of the gait's length.
+    /// Whether the way to here is a single stride onto a tread of stairs; if not, it is divided
+    /// into strides of the gait's length.
     pub tread: bool,
     /// Whether a lift carries the walker here, straight up or down, while the foot stands.
     pub lift: bool,
@@ -51,7 +52,8 @@ impl Route {
     /// Along straight lines from one point (x, y, z in n, m) to the next.
     #[must_use]
     pub fn from_waypoints(points: &[[f64; 3]]) -> Self {
-        let waypoints = points.iter().map(|&point| Waypoint { position: point.into(), ..Waypoint::default() });
+        let waypoints =
+            points.iter().map(|&point| Waypoint { position: point.into(), ..Waypoint::default() });
         Self { waypoints: waypoints.collect() }
     }
 
@@ -67,10 +69,17 @@ impl Route {
         Self::rectangle(side, side)
     }
 
-    /// Once around a rectangle of `length` along x and `width` along y (m), anticlockwise, back to the start.
+    /// Once around a rectangle of `length` along x and `width` along y (m), anticlockwise, back to
+    /// the start.
     #[must_use]
     pub fn rectangle(length: f64, width: f64) -> Self {
-        Self::from_waypoints(&[[0.0; 3], [length, 0.0, 0.0], [length, width, 0.0], [0.0, width, 0.0], [0.0; 3]])
+        Self::from_waypoints(&[
+            [0.0; 3],
+            [length, 0.0, 0.0],
+            [length, width, 0.0],
+            [0.0, width, 0.0],
+            [0.0; 3],
+        ])
     }
 
     /// Along x for `length` (m), about turn, and back to the start.
@@ -79,7 +88,8 @@ impl Route {
         Self::from_waypoints(&[[0.0; 3], [length, 0.0, 0.0], [0.0; 3]])
     }
 
-    /// Two circles that touch at the start, the first to the left and the second to the right, `length` (m) in all.
+    /// Two circles that touch at the start, the first to the left and the second to the right,
+    /// `length` (m) in all.
     #[must_use]
     pub fn figure_of_eight(length: f64) -> Self {
         let legs = f64::from(LEGS_OF_A_CIRCLE);
@@ -90,13 +100,16 @@ impl Route {
                 [radius * angle.sin(), side * radius * (1.0 - angle.cos()), 0.0]
             })
         };
-        let points: Vec<_> = std::iter::once([0.0; 3]).chain(circle(1.0)).chain(circle(-1.0)).collect();
+        let points: Vec<_> =
+            std::iter::once([0.0; 3]).chain(circle(1.0)).chain(circle(-1.0)).collect();
         Self::from_waypoints(&points)
     }
 
-    /// Up a stairwell of `floors` flights of `risers` each, with a landing and an about turn between them.
+    /// Up a stairwell of `floors` flights of `risers` each, with a landing and an about turn
+    /// between them.
     ///
-    /// A riser is `riser` high and a tread `tread` deep (m); a negative `riser` leads down.  The foot takes every second tread, and the last one.
+    /// A riser is `riser` high and a tread `tread` deep (m); a negative `riser` leads down.  The
+    /// foot takes every second tread, and the last one.
     #[must_use]
     pub fn stairs(floors: u32, risers: u32, riser: f64, tread: f64) -> Self {
         let mut stairwell = Stairwell::at_the_foot();
@@ -118,11 +131,13 @@ impl Route {
     /// Checks that the route can be walked.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] when there are fewer than two waypoints, one is not finite, a leg that is walked has no horizontal extent, one that is
-    /// ridden is not vertical, a lift leads to a tread, or the route is longer than 100 km.
+    /// [`ConfigError::OutOfRange`] when there are fewer than two waypoints, one is not finite, a
+    /// leg that is walked has no horizontal extent, one that is ridden is not vertical, a lift
+    /// leads to a tread, or the route is longer than 100 km.
     pub fn validate(&self) -> Result<(), ConfigError> {
         const KEY: &str = "route.waypoints";
-        let refuse = |value: String, expected| Err(ConfigError::OutOfRange { key: KEY, value, expected });
+        let refuse =
+            |value: String, expected| Err(ConfigError::OutOfRange { key: KEY, value, expected });
         if self.waypoints.len() < 2 {
             return refuse(format!("{} waypoints", self.waypoints.len()), "at least 2 waypoints");
         }
@@ -162,7 +177,8 @@ struct Stairwell {
 
 impl Stairwell {
     fn at_the_foot() -> Self {
-        let mut stairwell = Self { waypoints: Vec::new(), position: Vector3::zeros(), forward: Vector3::x() };
+        let mut stairwell =
+            Self { waypoints: Vec::new(), position: Vector3::zeros(), forward: Vector3::x() };
         stairwell.go(Vector3::zeros(), false);
         stairwell.go(APPROACH * Vector3::x(), false);
         stairwell
@@ -215,9 +231,12 @@ mod tests {
 
     #[test]
     fn closed_routes_end_where_they_begin() {
-        for route in
-            [Route::square(5.0), Route::rectangle(4.0, 3.0), Route::out_and_back(6.0), Route::figure_of_eight(50.0)]
-        {
+        for route in [
+            Route::square(5.0),
+            Route::rectangle(4.0, 3.0),
+            Route::out_and_back(6.0),
+            Route::figure_of_eight(50.0),
+        ] {
             let end = route.waypoints[route.waypoints.len() - 1].position;
             assert!(end.norm() < 1e-12);
         }
@@ -240,8 +259,12 @@ mod tests {
             Route { waypoints: vec![Waypoint::default(), cabin] }.validate()
         };
         assert_eq!(by_lift([0.0, 0.0, -9.0], false), Ok(()));
-        for (position, tread) in [([0.0; 3], false), ([1.0, 0.0, 3.0], false), ([0.0, 0.0, 3.0], true)] {
-            assert!(by_lift(position, tread).unwrap_err().to_string().contains("straight up or down"));
+        for (position, tread) in
+            [([0.0; 3], false), ([1.0, 0.0, 3.0], false), ([0.0, 0.0, 3.0], true)]
+        {
+            assert!(
+                by_lift(position, tread).unwrap_err().to_string().contains("straight up or down")
+            );
         }
     }
 }

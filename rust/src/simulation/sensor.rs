@@ -1,19 +1,22 @@
 //! What a real sensor makes of the truth: bias, noise, scale, misalignment, range and resolution.
 //!
 //! # References
-//! - `InvenSense`, "MPU-6000 and MPU-6050 Product Specification", PS-MPU-6000A-00, rev. 3.4, 2013: sections 6.1 and 6.2.
+//! - `InvenSense`, "MPU-6000 and MPU-6050 Product Specification", PS-MPU-6000A-00, rev. 3.4, 2013:
+//!   sections 6.1 and 6.2.
 //! - Xsens, "`MTi` 10-series and `MTi` 100-series User Manual", MT0605P: sensor specifications.
-//! - Sensonor, "STIM300 Inertia Measurement Unit" datasheet, TS1524, rev. 9: functional specifications.
+//! - Sensonor, "STIM300 Inertia Measurement Unit" datasheet, TS1524, rev. 9: functional
+//!   specifications.
 
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::draw::{self, Cause};
-use super::flicker::Flicker;
 use crate::error::ConfigError;
 use crate::limits;
-use crate::sample::ImuSample;
+use crate::simulation::draw;
+use crate::simulation::draw::Cause;
+use crate::simulation::flicker::Flicker;
+use crate::types::sample::ImuSample;
 
 /// Standard gravity, in which data sheets count, m/s².
 const G: f64 = 9.806_65;
@@ -30,7 +33,8 @@ const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.
 
 /// Errors of three orthogonal axes; the unit u is m/s² or rad/s.
 ///
-/// A reading is `matrix * drawn matrix * truth + bias + noise`, held within the range and rounded to the resolution.  The default has no errors.
+/// A reading is `matrix * drawn matrix * truth + bias + noise`, held within the range and rounded
+/// to the resolution.  The default has no errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TriadErrors {
@@ -42,7 +46,8 @@ pub struct TriadErrors {
     pub bias_walk: f64,
     /// Bias instability B, u: flicker noise whose Allan deviation has its floor at 0.664 B.
     pub bias_instability: f64,
-    /// White noise, u/sqrt(Hz): the mean over an interval of dt (s) has the standard deviation `noise_density / sqrt(dt)`.
+    /// White noise, u/sqrt(Hz): the mean over an interval of dt (s) has the standard deviation
+    /// `noise_density / sqrt(dt)`.
     pub noise_density: f64,
     /// Scale factors and misalignment, row by row.
     pub matrix: [[f64; 3]; 3],
@@ -81,7 +86,8 @@ pub struct SensorErrors {
     pub accel: TriadErrors,
     /// The gyroscopes, rad/s.
     pub gyro: TriadErrors,
-    /// Standard deviation of the gyroscopes' sensitivity to specific force that is drawn for each pair of axes, (rad/s)/(m/s²).
+    /// Standard deviation of the gyroscopes' sensitivity to specific force that is drawn for each
+    /// pair of axes, (rad/s)/(m/s²).
     pub gyro_g_sensitivity_std: f64,
 }
 
@@ -97,9 +103,10 @@ impl SensorErrors {
 
     /// `InvenSense` MPU-6050, an uncalibrated part, at 8 g and 1000 deg/s, 16 bits.
     ///
-    /// Noise, sensitivity and cross-axis figures are from the specification, tolerances taken as three standard deviations.  The specification bounds the
-    /// biases only (20 deg/s, 50 to 80 mg); what parts at room temperature show, about 1 deg/s and 20 mg, is used.  It says nothing of the random walk of
-    /// the bias: the values are of the order of published Allan deviations.
+    /// Noise, sensitivity and cross-axis figures are from the specification, tolerances taken as
+    /// three standard deviations.  The specification bounds the biases only (20 deg/s, 50 to 80
+    /// mg); what parts at room temperature show, about 1 deg/s and 20 mg, is used.  It says nothing
+    /// of the random walk of the bias: the values are of the order of published Allan deviations.
     #[must_use]
     pub fn mpu6050() -> Self {
         Self {
@@ -128,10 +135,12 @@ impl SensorErrors {
         }
     }
 
-    /// Xsens `MTi-G-710`, factory calibrated, at 200 m/s² and 450 deg/s, with readings as real numbers.
+    /// Xsens `MTi-G-710`, factory calibrated, at 200 m/s² and 450 deg/s, with readings as real
+    /// numbers.
     ///
-    /// Bias repeatability, noise densities, 0.05 deg of misalignment and g-sensitivity are from the manual of the first series; the random walk reaches the
-    /// in-run stability (10 deg/h; 40 ug) in 100 s.  The scale error is that of a careful calibration, the manual gives none.
+    /// Bias repeatability, noise densities, 0.05 deg of misalignment and g-sensitivity are from the
+    /// manual of the first series; the random walk reaches the in-run stability (10 deg/h; 40 ug)
+    /// in 100 s.  The scale error is that of a careful calibration, the manual gives none.
     #[must_use]
     pub fn mti_g710() -> Self {
         Self {
@@ -160,9 +169,11 @@ impl SensorErrors {
 
     /// Sensonor STIM300 with the 10 g accelerometers, at 400 deg/s.
     ///
-    /// Angular random walk 0.15 deg/sqrt(h) and bias instability 0.5 deg/h, velocity random walk 0.06 m/s/sqrt(h) and 0.05 mg, bias 5 deg/h over temperature
-    /// and 0.75 mg from switch-on to switch-on, scale 500 and 300 ppm, misalignment 1 mrad, 1 deg/h/g, and the output's least significant bits are from the
-    /// data sheet; the random walk reaches the bias instability in 10 minutes.
+    /// Angular random walk 0.15 deg/sqrt(h) and bias instability 0.5 deg/h, velocity random walk
+    /// 0.06 m/s/sqrt(h) and 0.05 mg, bias 5 deg/h over temperature and 0.75 mg from switch-on to
+    /// switch-on, scale 500 and 300 ppm, misalignment 1 mrad, 1 deg/h/g, and the output's least
+    /// significant bits are from the data sheet; the random walk reaches the bias instability in 10
+    /// minutes.
     #[must_use]
     pub fn stim300() -> Self {
         Self {
@@ -200,7 +211,10 @@ impl SensorErrors {
             "mpu6050" => Ok(Self::mpu6050()),
             "mti-g710" => Ok(Self::mti_g710()),
             "stim300" => Ok(Self::stim300()),
-            _ => Err(ConfigError::UnknownPreset { name: name.to_owned(), known: Self::PRESETS.join(", ") }),
+            _ => Err(ConfigError::UnknownPreset {
+                name: name.to_owned(),
+                known: Self::PRESETS.join(", "),
+            }),
         }
     }
 
@@ -284,7 +298,8 @@ struct Triad {
 }
 
 impl Triad {
-    /// Every number is drawn whatever the standard deviations are, so that a change of one leaves the other draws as they were.
+    /// Every number is drawn whatever the standard deviations are, so that a change of one leaves
+    /// the other draws as they were.
     fn draw(errors: &TriadErrors, instability: Cause, random: &mut ChaCha8Rng) -> Self {
         let drawn = Matrix3::from_fn(|row, column| {
             let std = if row == column { errors.scale_std } else { errors.misalignment_std };
@@ -313,7 +328,11 @@ impl Triad {
 impl TriadErrors {
     fn digitize(&self, value: f64) -> f64 {
         let held = self.range.map_or(value, |range| value.clamp(-range, range));
-        if self.resolution > 0.0 { (held / self.resolution).round() * self.resolution } else { held }
+        if self.resolution > 0.0 {
+            (held / self.resolution).round() * self.resolution
+        } else {
+            held
+        }
     }
 }
 
@@ -329,7 +348,8 @@ impl Sensor {
     pub(super) fn draw(errors: &SensorErrors, mut random: ChaCha8Rng) -> Self {
         let accel = Triad::draw(&errors.accel, Cause::AccelInstability, &mut random);
         let gyro = Triad::draw(&errors.gyro, Cause::GyroInstability, &mut random);
-        let g_sensitivity = errors.gyro_g_sensitivity_std * Matrix3::from_fn(|_, _| draw::normal(&mut random));
+        let g_sensitivity =
+            errors.gyro_g_sensitivity_std * Matrix3::from_fn(|_, _| draw::normal(&mut random));
         Self { accel, gyro, g_sensitivity, random }
     }
 
@@ -371,7 +391,11 @@ mod tests {
 
     #[test]
     fn an_ideal_sensor_reads_the_truth() {
-        assert!(readings(&SensorErrors::ideal(), &moving(), 3).iter().all(|reading| *reading == moving()));
+        assert!(
+            readings(&SensorErrors::ideal(), &moving(), 3)
+                .iter()
+                .all(|reading| *reading == moving())
+        );
     }
 
     #[test]
@@ -390,7 +414,9 @@ mod tests {
     fn the_bias_walks_as_far_as_asked_for() {
         let errors = gyro(TriadErrors { bias_walk: 0.1, ..TriadErrors::default() });
         let readings = readings(&errors, &moving(), 4001);
-        let steps = readings.windows(2).map(|pair| (pair[1].angular_rate - pair[0].angular_rate).norm_squared());
+        let steps = readings
+            .windows(2)
+            .map(|pair| (pair[1].angular_rate - pair[0].angular_rate).norm_squared());
         let std = (steps.sum::<f64>() / 12_000.0).sqrt();
         assert!((std / (0.1 * DT.sqrt()) - 1.0).abs() < 0.03, "{std}");
     }
@@ -401,12 +427,16 @@ mod tests {
         let errors = gyro(TriadErrors { bias_instability: instability, ..TriadErrors::default() });
         let readings = readings(&errors, &moving(), 100_000);
         for axis in 0..3 {
-            let samples: Vec<f64> = readings.iter().map(|reading| reading.angular_rate[axis]).collect();
+            let samples: Vec<f64> =
+                readings.iter().map(|reading| reading.angular_rate[axis]).collect();
             let integral = Integral::new(&samples);
             let floor = (2.0 * std::f64::consts::LN_2 / std::f64::consts::PI).sqrt() * instability;
             for factor in [100, 300, 1000] {
                 let deviation = integral.deviation(factor);
-                assert!((deviation / floor - 1.0).abs() < 0.15, "axis {axis}, {factor} samples: {deviation}");
+                assert!(
+                    (deviation / floor - 1.0).abs() < 0.15,
+                    "axis {axis}, {factor} samples: {deviation}"
+                );
             }
         }
     }
@@ -426,21 +456,26 @@ mod tests {
 
     #[test]
     fn readings_are_clipped_and_rounded() {
-        let errors = gyro(TriadErrors { range: Some(2.0), resolution: 0.25, ..TriadErrors::default() });
+        let errors =
+            gyro(TriadErrors { range: Some(2.0), resolution: 0.25, ..TriadErrors::default() });
         assert_eq!(readings(&errors, &moving(), 1)[0].angular_rate, Vector3::new(0.5, -2.0, 0.0));
     }
 
     #[test]
     fn the_matrix_is_given_row_by_row() {
         let matrix = [[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.1]];
-        let read = readings(&gyro(TriadErrors { matrix, ..TriadErrors::default() }), &moving(), 1)[0].angular_rate;
+        let read = readings(&gyro(TriadErrors { matrix, ..TriadErrors::default() }), &moving(), 1)
+            [0]
+        .angular_rate;
         assert!((read - Vector3::new(-5.5, -3.0, 0.11)).norm() < 1e-15);
     }
 
     #[test]
     fn the_gyroscopes_feel_the_specific_force() {
         let errors = SensorErrors { gyro_g_sensitivity_std: 0.01, ..SensorErrors::ideal() };
-        let felt = |force: [f64; 3]| readings(&errors, &ImuSample::new(0.0, force, [0.0; 3]), 1)[0].angular_rate;
+        let felt = |force: [f64; 3]| {
+            readings(&errors, &ImuSample::new(0.0, force, [0.0; 3]), 1)[0].angular_rate
+        };
         assert!(felt([0.0, 0.0, 10.0]).norm() > 0.0);
         assert!((felt([0.0, 0.0, 20.0]) - 2.0 * felt([0.0, 0.0, 10.0])).norm() < 1e-15);
     }
@@ -448,7 +483,8 @@ mod tests {
     #[test]
     fn a_louder_sensor_has_the_same_bias() {
         let bias = |noise_density| {
-            let errors = gyro(TriadErrors { bias_std: 0.1, noise_density, ..TriadErrors::default() });
+            let errors =
+                gyro(TriadErrors { bias_std: 0.1, noise_density, ..TriadErrors::default() });
             Sensor::draw(&errors, draw::stream(3, draw::Cause::Sensor)).biases()
         };
         assert_eq!(bias(0.0), bias(0.3));

@@ -7,22 +7,25 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::error::ConfigError;
+use crate::ins::strapdown::{MechanizationKind, Strapdown};
 use crate::limits;
-use crate::strapdown::{MechanizationKind, Strapdown};
 
-/// How often and with what random numbers a walk is sampled, and the strapdown and the Earth that it is sampled for.
+/// How often and with what random numbers a walk is sampled, and the strapdown and the Earth that
+/// it is sampled for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulationSettings {
     /// Samples per second, Hz.
     pub rate_hz: f64,
-    /// Largest deviation of a stamp from its nominal time, in sample intervals; it is drawn evenly, and the samples belong to the stamps as they are.
+    /// Largest deviation of a stamp from its nominal time, in sample intervals; it is drawn evenly,
+    /// and the samples belong to the stamps as they are.
     pub jitter: f64,
     /// The same seed gives the same walk.
     pub seed: u64,
     /// The form of the strapdown that leads from the samples back to the truth.
     pub kind: MechanizationKind,
-    /// Magnitude of gravity, m/s²; the default is WGS-84 normal gravity at sea level and 45 degrees of latitude.
+    /// Magnitude of gravity, m/s²; the default is WGS-84 normal gravity at sea level and 45 degrees
+    /// of latitude.
     pub gravity: f64,
     /// Rotation rate of the Earth in n, rad/s; zero, the default, neglects it.
     pub earth_rate: Vector3<f64>,
@@ -56,17 +59,24 @@ impl SimulationSettings {
     /// Checks every setting.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] with the first one that makes no sense.  Jitter ends where an interval would be long enough to count as a gap.
+    /// [`ConfigError::OutOfRange`] with the first one that makes no sense.  Jitter ends where an
+    /// interval would be long enough to count as a gap.
     pub fn validate(&self) -> Result<(), ConfigError> {
         limits::within("simulation.rate_hz", self.rate_hz, 20.0..=10_000.0, "20 to 10000 Hz")?;
         limits::within("simulation.jitter", self.jitter, 0.0..=0.24, "0 to 0.24 sample intervals")?;
         limits::within("simulation.gravity", self.gravity, 0.0..=30.0, "0 to 30 m/s^2")?;
-        limits::within("simulation.earth_rate", self.earth_rate.norm(), 0.0..=0.01, "at most 0.01 rad/s")
+        limits::within(
+            "simulation.earth_rate",
+            self.earth_rate.norm(),
+            0.0..=0.01,
+            "at most 0.01 rad/s",
+        )
     }
 
     /// Stamps from 0 to `duration` (s); the first is not jittered.
     pub(super) fn stamps(&self, duration: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
-        let nominal = (0_u32..).map(|k| f64::from(k) / self.rate_hz).take_while(|&time| time <= duration);
+        let nominal =
+            (0_u32..).map(|k| f64::from(k) / self.rate_hz).take_while(|&time| time <= duration);
         let mut stamps: Vec<f64> = nominal.collect();
         for stamp in stamps.iter_mut().skip(1) {
             *stamp += self.jitter * random.random_range(-1.0..=1.0) / self.rate_hz;

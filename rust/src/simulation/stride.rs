@@ -1,29 +1,35 @@
 //! One stride of the foot, from heel-off to the next heel-off.
 //!
-//! The sole rolls about the ball until toe-off, swings to the next foothold, strikes with the heel, rolls flat about it, and stands.  The point about which
-//! it turns travels from ball to heel in the swing and back while the foot stands flat; every angle and every way is a sum of smooth ramps.
+//! The sole rolls about the ball until toe-off, swings to the next foothold, strikes with the heel,
+//! rolls flat about it, and stands.  The point about which it turns travels from ball to heel in
+//! the swing and back while the foot stands flat; every angle and every way is a sum of smooth
+//! ramps.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::draw;
-use super::footing::{self, Foothold};
-use super::gait::Gait;
-use super::timed::{Ramp, Timed};
-use crate::rotation;
+use crate::math::rotation;
+use crate::simulation::draw;
+use crate::simulation::footing;
+use crate::simulation::footing::Foothold;
+use crate::simulation::gait::Gait;
+use crate::simulation::timed::{Ramp, Timed};
 
 /// Ball and heel from the point of the sole below the sensor, along the foot, m.
 const BALL: f64 = 0.08;
 const HEEL: f64 = -0.12;
-/// Share of the contact in which the foot rolls from the heel onto the sole, and in which it then stands flat.
+/// Share of the contact in which the foot rolls from the heel onto the sole, and in which it then
+/// stands flat.
 const LOADING_SHARE: f64 = 0.14;
 const FLAT_SHARE: f64 = 0.48;
-/// Share of the push after which the sole begins to travel, and share of the loading by which it has arrived: shoe and heel give way.
+/// Share of the push after which the sole begins to travel, and share of the loading by which it
+/// has arrived: shoe and heel give way.
 const TRAVEL_START: f64 = 0.6;
 const TRAVEL_END: f64 = 0.5;
-/// Share of the swing in which the heel still rises after toe-off, after which the toes begin to rise, and by which they are up.
+/// Share of the swing in which the heel still rises after toe-off, after which the toes begin to
+/// rise, and by which they are up.
 const HEEL_STILL_RISES: f64 = 0.22;
 const TOES_RISE: f64 = 0.08;
 const TOES_UP: f64 = 0.97;
@@ -34,7 +40,8 @@ const SWING_SKEW: f64 = 0.3;
 const EFFORT_ON_THE_SPOT: f64 = 0.35;
 /// Lift per height difference of the two footholds: the sole must pass the edge of the tread.
 const LIFT_PER_RISE: f64 = 0.5;
-/// Most that the sole turns inwards and the toes turn out in the swing (rad), and how far the foot swings outwards (m).
+/// Most that the sole turns inwards and the toes turn out in the swing (rad), and how far the foot
+/// swings outwards (m).
 const INVERSION: f64 = 0.28;
 const TOE_OUT: f64 = 0.2;
 const CIRCUMDUCTION: f64 = 0.025;
@@ -43,11 +50,13 @@ const ROLL_PER_HEEL_RISE: f64 = 0.25;
 const YAW_PER_HEEL_RISE: f64 = -0.2;
 /// How much more the foot wavers in the air than on the ground.
 const WAVER_IN_SWING: f64 = 50.0;
-/// Spread of the movements to the side between strides, as a multiple of the gait's variation: no two swings look alike from the side.
+/// Spread of the movements to the side between strides, as a multiple of the gait's variation: no
+/// two swings look alike from the side.
 const SIDE_SPREAD: f64 = 4.0;
 /// Pitch that is left when the foot has rolled flat, per angle of the stance roll.
 const PITCH_PER_ROLL: f64 = 0.3;
-/// Frequencies of the oscillation after heel strike forwards, sideways and up, Hz, and the time in which it dies down, s.
+/// Frequencies of the oscillation after heel strike forwards, sideways and up, Hz, and the time in
+/// which it dies down, s.
 const RING_FREQUENCY: Vector3<f64> = Vector3::new(27.0, 22.0, 34.0);
 const RING_DECAY: f64 = 0.011;
 /// Time in which no more is left of it than of a tremor, s.
@@ -78,7 +87,8 @@ struct Angles {
     roll: Timed,
 }
 
-/// How far the movements of a stride have come, from 0 to 1, and the oscillation after heel strike forwards, sideways and up, m.
+/// How far the movements of a stride have come, from 0 to 1, and the oscillation after heel strike
+/// forwards, sideways and up, m.
 #[derive(Clone, Copy, Debug)]
 struct Progress {
     push: Timed,
@@ -125,10 +135,22 @@ pub(super) struct Stride {
 
 impl Stride {
     /// The stride that leaves `from` at `start` (s).
-    pub(super) fn new(gait: &Gait, start: f64, from: Foothold, to: Foothold, random: &mut ChaCha8Rng) -> Self {
+    pub(super) fn new(
+        gait: &Gait,
+        start: f64,
+        from: Foothold,
+        to: Foothold,
+        random: &mut ChaCha8Rng,
+    ) -> Self {
         let duration = gait.stride_duration * draw::factor(random, gait.variation);
         let extent = Extent::draw(gait, &(to.position - from.position), random);
-        Self { from, to, phases: Phases::new(gait, start, duration), extent, sensor: gait.sensor_position }
+        Self {
+            from,
+            to,
+            phases: Phases::new(gait, start, duration),
+            extent,
+            sensor: gait.sensor_position,
+        }
     }
 
     /// Heel-off, s.
@@ -146,15 +168,20 @@ impl Stride {
         time <= self.phases.heel_off || time >= self.phases.flat.max(self.phases.strike + RING_OVER)
     }
 
-    /// The foot at `time` (s), with the trembling of its three angles (rad) on top; before and after the stride it stands on its footholds.
-    pub(super) fn at(&self, time: f64, trembling: &[Timed; 3]) -> FootState {
+    /// The foot at `time` (s), with the tremor of its three angles (rad) on top; before and after
+    /// the stride it stands on its footholds.
+    pub(super) fn at(&self, time: f64, tremor: &[Timed; 3]) -> FootState {
         let progress = self.progress(time);
-        let (attitude, rate) = orient(&self.angles(&progress, trembling));
+        let (attitude, rate) = orient(&self.angles(&progress, tremor));
         let pivot = Timed::constant(BALL) + (progress.swing - progress.rolling) * (HEEL - BALL);
         let (base, base_rate) = self.pivot_in_space(&progress, pivot);
         let toes = attitude * Vector3::x();
         let arm = attitude * self.sensor - pivot.value * toes;
-        FootState { position: base + arm, velocity: base_rate + rate.cross(&arm) - pivot.rate * toes, attitude }
+        FootState {
+            position: base + arm,
+            velocity: base_rate + rate.cross(&arm) - pivot.rate * toes,
+            attitude,
+        }
     }
 
     fn progress(&self, time: f64) -> Progress {
@@ -171,13 +198,13 @@ impl Stride {
         }
     }
 
-    fn angles(&self, progress: &Progress, trembling: &[Timed; 3]) -> Angles {
+    fn angles(&self, progress: &Progress, tremor: &[Timed; 3]) -> Angles {
         let extent = &self.extent;
         let Progress { air, recovery, loading, .. } = *progress;
         let heel_rise = (progress.push - recovery) * extent.heel_off_pitch;
         let inward = (loading - progress.rolling) * extent.stance_roll;
         let wavering = Timed::constant(1.0) + air * WAVER_IN_SWING;
-        let shaking = |axis: usize| trembling[axis] * wavering + progress.ring[axis] * RING_TURN;
+        let shaking = |axis: usize| tremor[axis] * wavering + progress.ring[axis] * RING_TURN;
         let turn = footing::wrap(self.to.yaw - self.from.yaw);
         Angles {
             yaw: Timed::constant(self.from.yaw)
@@ -185,13 +212,16 @@ impl Stride {
                 + air * extent.toe_out
                 + heel_rise * YAW_PER_HEEL_RISE
                 + shaking(1),
-            pitch: heel_rise + (recovery - loading) * extent.heel_strike_pitch + inward * PITCH_PER_ROLL + shaking(2),
+            pitch: heel_rise
+                + (recovery - loading) * extent.heel_strike_pitch
+                + inward * PITCH_PER_ROLL
+                + shaking(2),
             roll: air * extent.inversion + heel_rise * ROLL_PER_HEEL_RISE + inward + shaking(0),
         }
     }
 
-    /// Position (m) and velocity (m/s) of the point about which the foot turns, which is `pivot` (m) along the foot: on the old foothold, in the air, on
-    /// the new one.
+    /// Position (m) and velocity (m/s) of the point about which the foot turns, which is `pivot`
+    /// (m) along the foot: on the old foothold, in the air, on the new one.
     fn pivot_in_space(&self, progress: &Progress, pivot: Timed) -> (Vector3<f64>, Vector3<f64>) {
         let (old, new) = (toes(&self.from), toes(&self.to));
         let left = Vector3::z().cross(&new);
@@ -209,7 +239,8 @@ impl Stride {
         (position, ways.iter().map(|(way, share)| way * share.rate).sum())
     }
 
-    /// The oscillation `since` heel strike (s) forwards, sideways and up, m; it sets in without a jump of the acceleration and fades as the foot rolls.
+    /// The oscillation `since` heel strike (s) forwards, sideways and up, m; it sets in without a
+    /// jump of the acceleration and fades as the foot rolls.
     fn ring(&self, since: f64, fading: Timed) -> [Timed; 3] {
         if since <= 0.0 || fading == Timed::ZERO {
             return [Timed::ZERO; 3];
@@ -299,7 +330,8 @@ fn toes(foothold: &Foothold) -> Vector3<f64> {
     Vector3::new(foothold.yaw.cos(), foothold.yaw.sin(), 0.0)
 }
 
-/// Rotation from the foot frame to n, and angular rate in n (rad/s): yaw, then pitch with the toes up, then roll.
+/// Rotation from the foot frame to n, and angular rate in n (rad/s): yaw, then pitch with the toes
+/// up, then roll.
 fn orient(angles: &Angles) -> (UnitQuaternion<f64>, Vector3<f64>) {
     let yawed = rotation::about_up(angles.yaw.value);
     let pitched = yawed * rotation::exp(&(-angles.pitch.value * Vector3::y()));
@@ -329,14 +361,17 @@ mod tests {
     #[test]
     fn the_velocity_is_the_derivative_of_the_position() {
         let step = 1e-6;
-        let trembling = |time: f64| [Timed { value: 0.02 * time, rate: 0.02 }; 3];
+        let tremor = |time: f64| [Timed { value: 0.02 * time, rate: 0.02 }; 3];
         for gait in [Gait::walk(), Gait::slow(), Gait::run()] {
             let stride = stride(&gait);
             for time in instants(&stride) {
-                let position = |time: f64| stride.at(time, &trembling(time)).position;
+                let position = |time: f64| stride.at(time, &tremor(time)).position;
                 let difference = (position(time + step) - position(time - step)) / (2.0 * step);
-                let velocity = stride.at(time, &trembling(time)).velocity;
-                assert!((difference - velocity).norm() < 1e-6, "at {time}: {difference} {velocity}");
+                let velocity = stride.at(time, &tremor(time)).velocity;
+                assert!(
+                    (difference - velocity).norm() < 1e-6,
+                    "at {time}: {difference} {velocity}"
+                );
             }
         }
     }
@@ -345,9 +380,13 @@ mod tests {
     fn nothing_jumps() {
         let step = 1e-5;
         let stride = stride(&Gait::run());
-        for time in
-            [stride.phases.heel_off, stride.phases.toe_off, stride.phases.strike, stride.phases.flat, stride.end()]
-        {
+        for time in [
+            stride.phases.heel_off,
+            stride.phases.toe_off,
+            stride.phases.strike,
+            stride.phases.flat,
+            stride.end(),
+        ] {
             let (before, after) = (stride.at(time - step, &STILL), stride.at(time + step, &STILL));
             assert!((before.position - after.position).norm() < 1e-4);
             assert!((before.velocity - after.velocity).norm() < 3e-3);
@@ -371,13 +410,16 @@ mod tests {
     fn the_sole_stays_above_the_ground_on_level_ground() {
         for gait in [Gait::walk(), Gait::slow(), Gait::run()] {
             let gait = Gait { variation: 0.0, impact: 0.0, stance_roll: 0.0, ..gait };
-            let ahead = Foothold { position: gait.stride_length * Vector3::x(), yaw: 0.0, by_lift: false };
+            let ahead =
+                Foothold { position: gait.stride_length * Vector3::x(), yaw: 0.0, by_lift: false };
             let origin = Foothold { position: Vector3::zeros(), yaw: 0.0, by_lift: false };
-            let stride = Stride::new(&gait, 0.0, origin, ahead, &mut draw::stream(2, draw::Cause::Gait));
+            let stride =
+                Stride::new(&gait, 0.0, origin, ahead, &mut draw::stream(2, draw::Cause::Gait));
             for time in instants(&stride) {
                 let state = stride.at(time, &STILL);
                 for end in [BALL, HEEL] {
-                    let sole = state.position + state.attitude * (end * Vector3::x() - gait.sensor_position);
+                    let sole = state.position
+                        + state.attitude * (end * Vector3::x() - gait.sensor_position);
                     assert!(sole.z > -0.004, "{sole} at {time}");
                 }
             }

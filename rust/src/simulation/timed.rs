@@ -1,4 +1,5 @@
-//! Quantities that carry their rate of change, so that a velocity is the true derivative of its position.
+//! Quantities that carry their rate of change, so that a velocity is the true derivative of its
+//! position.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -48,7 +49,10 @@ impl Mul for Timed {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        Self { value: self.value * other.value, rate: self.rate * other.value + self.value * other.rate }
+        Self {
+            value: self.value * other.value,
+            rate: self.rate * other.value + self.value * other.rate,
+        }
     }
 }
 
@@ -118,7 +122,11 @@ mod tests {
         for k in 0..120 {
             let t = 0.01 * f64::from(k);
             let difference = (wave(t + step).value - wave(t - step).value) / (2.0 * step);
-            assert!((difference - wave(t).rate).abs() < 1e-7, "at {t}: {difference} {}", wave(t).rate);
+            assert!(
+                (difference - wave(t).rate).abs() < 1e-7,
+                "at {t}: {difference} {}",
+                wave(t).rate
+            );
         }
     }
 }

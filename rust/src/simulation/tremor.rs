@@ -5,12 +5,13 @@ use std::f64::consts::TAU;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::timed::Timed;
+use crate::simulation::timed::Timed;
 
 /// Bands of the movement, Hz: sway, muscle, physiological tremor.
 const BANDS: [(f64, f64); 3] = [(0.4, 1.5), (2.0, 5.0), (8.0, 12.0)];
 
-/// Amplitude of a band per root mean square of the whole: the square root of two, over that of the number of bands.
+/// Amplitude of a band per root mean square of the whole: the square root of two, over that of the
+/// number of bands.
 const SHARE_OF_A_BAND: f64 = 0.816_496_580_927_726;
 
 /// A small angle that trembles.
@@ -27,7 +28,8 @@ struct Wave {
 }
 
 impl Tremor {
-    /// One whose rate has the root mean square `rate` (rad/s), shared out equally between the bands.
+    /// One whose rate has the root mean square `rate` (rad/s), shared out equally between the
+    /// bands.
     pub(super) fn draw(rate: f64, random: &mut ChaCha8Rng) -> Self {
         let share = SHARE_OF_A_BAND * rate;
         let waves = BANDS.map(|(low, high)| {

@@ -2,15 +2,16 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::later::Later;
 use crate::filter::covariance::Covariance;
-use crate::filter::journal::Journal;
-use crate::filter::observation::{Observation, Observed};
-use crate::filter::states::{Block, Linear};
+use crate::filter::error_state::{Block, LinearMap};
+use crate::filter::observation::{Measurement, Observation};
+use crate::filter::recorder::FilterRecorder;
 use crate::filter::transition::{Noise, Transition};
-use crate::navigator::Solution;
+use crate::smoother::backward_state::BackwardState;
+use crate::types::solution::Solution;
 
-/// Number of solutions from one covariance that is kept to the next; those between are found again from the steps.
+/// Number of solutions from one covariance that is kept to the next; those between are found again
+/// from the steps.
 pub(crate) const WINDOW: usize = 64;
 
 /// The steps that led from each solution of a stretch of the walk to the next.
@@ -22,17 +23,17 @@ pub(crate) struct Segment {
     /// Covariance of the errors of the first solution of each window.
     checkpoints: Vec<Covariance>,
     window: Window,
-    later: Later,
+    later: BackwardState,
 }
 
 /// One step of the filter.
 #[derive(Debug)]
 enum Step {
     Transition(Transition, Noise),
-    Doubt(Block, f64),
-    Tie(Matrix3<f64>),
-    Observation(Observed),
-    Forget(Block, Vector3<f64>),
+    Inflate(Block, f64),
+    Couple(Matrix3<f64>),
+    Observation(Measurement),
+    ResetBlock(Block, Vector3<f64>),
 }
 
 /// What the forward pass knew in one window, found again.
@@ -43,20 +44,20 @@ struct Window {
     observations: Vec<Observation>,
 }
 
-impl Journal for Segment {
+impl FilterRecorder for Segment {
     #[inline]
     fn transition(&mut self, transition: &Transition, noise: &Noise) {
         self.steps.push(Step::Transition(*transition, *noise));
     }
 
     #[inline]
-    fn doubt(&mut self, block: Block, variance: f64) {
-        self.steps.push(Step::Doubt(block, variance));
+    fn inflate(&mut self, block: Block, variance: f64) {
+        self.steps.push(Step::Inflate(block, variance));
     }
 
     #[inline]
-    fn tie(&mut self, m: &Matrix3<f64>) {
-        self.steps.push(Step::Tie(*m));
+    fn couple(&mut self, m: &Matrix3<f64>) {
+        self.steps.push(Step::Couple(*m));
     }
 
     #[inline]
@@ -65,8 +66,8 @@ impl Journal for Segment {
     }
 
     #[inline]
-    fn forget(&mut self, block: Block, variances: &Vector3<f64>) {
-        self.steps.push(Step::Forget(block, *variances));
+    fn reset_block(&mut self, block: Block, variances: &Vector3<f64>) {
+        self.steps.push(Step::ResetBlock(block, *variances));
     }
 }
 
@@ -80,7 +81,8 @@ impl Segment {
         segment
     }
 
-    /// Makes room for the steps of this many more solutions: each has a transition, and a few have more than two observations.
+    /// Makes room for the steps of this many more solutions: each has a transition, and a few have
+    /// more than two observations.
     pub(crate) fn reserve(&mut self, solutions: usize) {
         self.steps.reserve(3 * solutions);
         self.rows.reserve(solutions);
@@ -104,10 +106,11 @@ impl Segment {
         self.rows.len()
     }
 
-    /// Goes back over the last window and smooths its solutions, which are handed over from the newest to the oldest.
+    /// Goes back over the last window and smooths its solutions, which are handed over from the
+    /// newest to the oldest.
     ///
     /// The segment keeps its memory.
-    pub(crate) fn go_back<'a>(&mut self, solutions: impl Iterator<Item = &'a mut Solution>) {
+    pub(crate) fn smooth_chunk<'a>(&mut self, solutions: impl Iterator<Item = &'a mut Solution>) {
         let Some(covariance) = self.checkpoints.pop() else { return };
         let first = WINDOW * self.checkpoints.len();
         self.window.go_forward(covariance, &self.rows[first..], &self.steps);
@@ -117,17 +120,19 @@ impl Segment {
             for step in self.steps[start..].iter().rev() {
                 match step {
                     Step::Transition(transition, _) => self.later.transition(transition),
-                    Step::Doubt(..) => {}
-                    Step::Tie(m) => self.later.tie(m),
-                    Step::Observation(_) => observations.next().into_iter().for_each(|one| self.later.observation(one)),
-                    Step::Forget(block, _) => self.later.forget(*block),
+                    Step::Inflate(..) => {}
+                    Step::Couple(m) => self.later.couple(m),
+                    Step::Observation(_) => {
+                        observations.next().into_iter().for_each(|one| self.later.observation(one))
+                    }
+                    Step::ResetBlock(block, _) => self.later.reset_block(*block),
                 }
             }
             self.steps.truncate(start);
-            self.later.improve(solution, covariance);
+            self.later.smooth(solution, covariance);
         }
         if self.rows.is_empty() {
-            self.later = Later::default();
+            self.later = BackwardState::default();
         }
     }
 }
@@ -145,13 +150,13 @@ impl Window {
                     Step::Transition(transition, noise) => {
                         p.predict(transition, noise);
                     }
-                    Step::Doubt(block, variance) => p.add_variance(*block, *variance),
-                    Step::Tie(m) => p.add_transformed(Block::Attitude, Block::AccelBias, m),
+                    Step::Inflate(block, variance) => p.add_variance(*block, *variance),
+                    Step::Couple(m) => p.add_transformed(Block::Attitude, Block::AccelBias, m),
                     Step::Observation(observed) => {
                         self.observations.push(Observation::again(observed));
-                        self.observations.last_mut().into_iter().for_each(|one| p.observe_again(one));
+                        self.observations.last_mut().into_iter().for_each(|one| p.replay(one));
                     }
-                    Step::Forget(block, variances) => p.forget(*block, variances),
+                    Step::ResetBlock(block, variances) => p.reset_block(*block, variances),
                 }
             }
         }
@@ -164,11 +169,12 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::detector::Decision;
-    use crate::filter::Estimate;
-    use crate::filter::states::{ErrorStates, STATES};
-    use crate::health::Reasons;
-    use crate::strapdown::{NavState, Step as StrapdownStep};
+    use crate::detectors::detector::Decision;
+    use crate::filter::error_state::{ErrorStates, STATES};
+    use crate::ins::strapdown::Step as StrapdownStep;
+    use crate::types::health::Flags;
+    use crate::types::nav_state::NavState;
+    use crate::types::solution::Estimate;
 
     type Dense = SMatrix<f64, STATES, STATES>;
     type States = SVector<f64, STATES>;
@@ -178,7 +184,8 @@ mod tests {
     /// Errors so small that composing rotations is adding them.
     const SMALL: f64 = 1.0e-6;
 
-    /// One row of a random linear system: how the states move, which block is observed, on one axis or on all, and the innovations.
+    /// One row of a random linear system: how the states move, which block is observed, on one axis
+    /// or on all, and the innovations.
     #[derive(Clone, Debug)]
     struct Move {
         step: StrapdownStep,
@@ -212,10 +219,12 @@ mod tests {
             .prop_map(|(force, turn, tie, block, axis, reading)| Move {
                 step: StrapdownStep {
                     dt: 0.1,
-                    specific_velocity: 0.1 * force,
-                    attitude: UnitQuaternion::from_scaled_axis(turn).to_rotation_matrix().into_inner(),
+                    velocity_increment_n: 0.1 * force,
+                    attitude: UnitQuaternion::from_scaled_axis(turn)
+                        .to_rotation_matrix()
+                        .into_inner(),
                 },
-                tie: tie.map(|v| crate::rotation::cross_matrix(&v)),
+                tie: tie.map(|v| crate::math::rotation::cross_matrix(&v)),
                 block,
                 axis,
                 reading: SMALL * reading,
@@ -252,13 +261,19 @@ mod tests {
             estimate,
             position_std: Vector3::zeros(),
             zero_velocity: decision.stationary,
-            reasons: Reasons::empty(),
+            flags: Flags::empty(),
         }
     }
 
     fn states(solution: &Solution) -> States {
         let Estimate { nav, gyro_bias, accel_bias } = solution.estimate;
-        flat(&ErrorStates([nav.position, nav.velocity, nav.attitude.scaled_axis(), gyro_bias, accel_bias]))
+        flat(&ErrorStates([
+            nav.position,
+            nav.velocity,
+            nav.attitude.scaled_axis(),
+            gyro_bias,
+            accel_bias,
+        ]))
     }
 
     /// What a dense filter and the smoother of Rauch, Tung and Striebel keep of one row.
@@ -283,7 +298,10 @@ mod tests {
             let predicted = (x, p);
             for axis in (0..BLOCK_SIZE).filter(|&axis| step.axis.is_none_or(|only| only == axis)) {
                 let h = SMatrix::<f64, 1, STATES>::from_fn(|_, k| {
-                    f64::from(k == BLOCK_SIZE * Block::ALL.iter().position(|&b| b == step.block).unwrap() + axis)
+                    f64::from(
+                        k == BLOCK_SIZE * Block::ALL.iter().position(|&b| b == step.block).unwrap()
+                            + axis,
+                    )
                 });
                 let s = (h * p * h.transpose())[0] + NOISE;
                 let k = p * h.transpose() / s;
@@ -301,7 +319,8 @@ mod tests {
         for pair in rows.windows(2).rev() {
             let (now, next) = (&pair[0], &pair[1]);
             let (x, p) = smoothed.last().unwrap();
-            let gain = now.filtered.1 * next.f.transpose() * next.predicted.1.try_inverse().unwrap();
+            let gain =
+                now.filtered.1 * next.f.transpose() * next.predicted.1.try_inverse().unwrap();
             let states = now.filtered.0 + gain * (x - next.predicted.0);
             let covariance = now.filtered.1 + gain * (p - next.predicted.1) * gain.transpose();
             smoothed.push((states, covariance));
@@ -310,7 +329,7 @@ mod tests {
         smoothed
     }
 
-    /// The same system through the blocks and the journal.
+    /// The same system through the blocks and the recorder.
     fn walk(segment: &mut Segment, moves: &[Move], rows: &[DenseRow]) -> Vec<Solution> {
         let mut solutions = Vec::new();
         let mut p = Covariance::zero();
@@ -318,23 +337,31 @@ mod tests {
             p.add_variance(block, 1.0);
         }
         let mut x = States::zeros();
-        let noise = Noise { velocity: NOISE, attitude: NOISE, gyro_bias: NOISE, accel_bias: NOISE, ..Noise::default() };
+        let noise = Noise {
+            velocity: NOISE,
+            attitude: NOISE,
+            gyro_bias: NOISE,
+            accel_bias: NOISE,
+            ..Noise::default()
+        };
         for (step, row) in moves.iter().zip(rows) {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
             if let Some(m) = &step.tie {
                 p.add_transformed(Block::Attitude, Block::AccelBias, m);
-                segment.tie(m);
+                segment.couple(m);
             }
             p.predict(&transition, &noise);
             segment.transition(&transition, &noise);
             p.add_variance(Block::Position, NOISE);
-            segment.doubt(Block::Position, NOISE);
+            segment.inflate(Block::Position, NOISE);
             x = row.f * x;
             let first = BLOCK_SIZE * Block::ALL.iter().position(|&b| b == step.block).unwrap();
             let innovation = step.reading - x.fixed_rows::<3>(first);
             let (_, observation) = match step.axis {
                 None => p.observe(step.block, &innovation, NOISE, f64::INFINITY),
-                Some(axis) => p.observe_axis(step.block, axis, innovation[axis], NOISE, f64::INFINITY),
+                Some(axis) => {
+                    p.observe_axis(step.block, axis, innovation[axis], NOISE, f64::INFINITY)
+                }
             };
             let observation = observation.unwrap();
             segment.observation(&observation);
@@ -348,7 +375,7 @@ mod tests {
     fn smooth(mut segment: Segment, mut solutions: Vec<Solution>) -> Vec<Solution> {
         while segment.len() > 0 {
             let open = segment.len();
-            segment.go_back(solutions[..open].iter_mut().rev());
+            segment.smooth_chunk(solutions[..open].iter_mut().rev());
         }
         solutions
     }
@@ -381,7 +408,7 @@ mod tests {
             let filtered = walk(&mut alone, &moves, &rows);
             walk(&mut followed, &moves, &rows);
             for block in Block::ALL {
-                followed.forget(block, &Vector3::repeat(1.0));
+                followed.reset_block(block, &Vector3::repeat(1.0));
             }
             walk(&mut followed, &moves, &rows);
             let twice = [&filtered[..], &filtered[..]].concat();

@@ -2,17 +2,17 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Covariance;
+use crate::filter::covariance::Covariance;
+use crate::filter::error_state::Block;
 use crate::filter::observation::{Observation, Update};
-use crate::filter::states::Block;
 use crate::filter::transition::{Noise, Transition};
-use crate::lanes::{Lanes, Work};
+use crate::math::simd::{Lanes, Work};
 
 /// See [`Covariance::predict`].
-pub(super) struct Predict<'a> {
-    pub(super) p: &'a mut Covariance,
-    pub(super) transition: &'a Transition,
-    pub(super) noise: &'a Noise,
+pub(crate) struct Predict<'a> {
+    pub(crate) p: &'a mut Covariance,
+    pub(crate) transition: &'a Transition,
+    pub(crate) noise: &'a Noise,
 }
 
 impl Work for Predict<'_> {
@@ -27,10 +27,10 @@ impl Work for Predict<'_> {
 /// See [`Covariance::predict_on`], where the Earth turns: the noise is added after it turned.
 ///
 /// It owns what it needs, so that what is handed to the more frequent case may stay in registers.
-pub(super) struct PredictOnEarth<'a> {
-    pub(super) p: &'a mut Covariance,
-    pub(super) transition: Transition,
-    pub(super) noise: Noise,
+pub(crate) struct PredictOnEarth<'a> {
+    pub(crate) p: &'a mut Covariance,
+    pub(crate) transition: Transition,
+    pub(crate) noise: Noise,
 }
 
 impl Work for PredictOnEarth<'_> {
@@ -46,12 +46,12 @@ impl Work for PredictOnEarth<'_> {
 }
 
 /// See [`Covariance::observe_white`].
-pub(super) struct Observe<'a> {
-    pub(super) p: &'a mut Covariance,
-    pub(super) block: Block,
-    pub(super) whitener: Option<Matrix3<f64>>,
-    pub(super) innovation: &'a Vector3<f64>,
-    pub(super) gate: f64,
+pub(crate) struct Observe<'a> {
+    pub(crate) p: &'a mut Covariance,
+    pub(crate) block: Block,
+    pub(crate) whitener: Option<Matrix3<f64>>,
+    pub(crate) innovation: &'a Vector3<f64>,
+    pub(crate) gate: f64,
 }
 
 impl Work for Observe<'_> {
@@ -66,10 +66,10 @@ impl Work for Observe<'_> {
     }
 }
 
-/// See [`Covariance::observe_again`].
-pub(super) struct ObserveAgain<'a> {
-    pub(super) p: &'a mut Covariance,
-    pub(super) observation: &'a mut Observation,
+/// See [`Covariance::replay`].
+pub(crate) struct ObserveAgain<'a> {
+    pub(crate) p: &'a mut Covariance,
+    pub(crate) observation: &'a mut Observation,
 }
 
 impl Work for ObserveAgain<'_> {

@@ -1,0 +1,239 @@
+//! What a foot on the ground rolls about.
+//!
+//! A foot hardly ever stands quite still: it rolls from the heel to the ball.  A sensor at r (b)
+//! from the point that it rolls about has the velocity `C (ω × r)`, some mm/s where the foot is
+//! stillest, and always to the same side: at the heel it is on its way up by then, on the instep
+//! still on its way down.  Who takes it for zero is wrong by that velocity times the duration of
+//! the stride in each stride's height, and too short in its length.
+//!
+//! r is learned from contacts with the ground: the times around a stance in which the foot turns
+//! more slowly than a limit.  In a contact the strapdown alone gives the velocity but for a
+//! constant c,
+//!
+//! ```text
+//! u(t) = C (ω × r) + c
+//! ```
+//!
+//! and r is the least squares solution with c eliminated.  A contact is longer than the stance in
+//! it, and the rates at its ends tell more of r than the stillest moment does.
+//!
+//! The foot rolls about the heel first and about the ball in the end; r belongs to a point between
+//! them, so the velocity stays uncertain in proportion to the angular rate.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::ins::interval::Interval;
+use crate::ins::strapdown::Step;
+use crate::math::rotation_kernels;
+use crate::math::simd::Lanes;
+
+/// Longest contact that is part of a stride, s; over a longer one the strapdown's velocity does not
+/// stay wrong by a constant.
+const LONGEST_CONTACT: f64 = 1.0;
+/// Variation of the angular rate at which a single contact says as much of r as the assumption that
+/// it is zero, rad/s.
+const SLIGHT_ROLL: f64 = 0.1;
+/// Square of how far what the foot rolls about wanders in a contact, 3 cm, over how far it may be
+/// from the sensor, 10 cm.  It wanders alike in every stride, so no number of them makes up for it.
+const WANDERING: f64 = 0.1;
+/// Share of what the contacts before told that is kept when a new one is over: a memory of some 20
+/// strides.
+const KEPT: f64 = 0.95;
+
+/// Learns what the foot rolls about.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rolling {
+    contact: Contact,
+    normal: Matrix3<f64>,
+    right: Vector3<f64>,
+    lever: Vector3<f64>,
+}
+
+impl Rolling {
+    /// Velocity of the sensor on a foot that rolls with `angular_rate` (b, rad/s), b, m/s.
+    #[inline]
+    pub(crate) fn velocity(&self, angular_rate: &Vector3<f64>) -> Vector3<f64> {
+        angular_rate.cross(&self.lever)
+    }
+
+    /// Goes on by one interval; a contact lasts while the angular rate is below `limit` (rad/s).
+    #[inline(always)]
+    pub(crate) fn step<L: Lanes>(&mut self, interval: &Interval, stationary: bool, limit: f64) {
+        if interval.step.dt <= 0.0 {
+            return;
+        }
+        if interval.angular_rate.norm_squared() < limit.powi(2) {
+            self.contact.step::<L>(interval, stationary);
+        } else if self.contact.duration > 0.0 {
+            self.lift_off();
+        }
+    }
+
+    /// The contact with the ground was interrupted: what is known of it is not used.
+    pub(crate) fn interrupt(&mut self) {
+        self.contact = Contact::default();
+    }
+
+    /// The contact is over, and tells of r if the foot stood meanwhile.
+    #[cold]
+    fn lift_off(&mut self) {
+        let contact = std::mem::take(&mut self.contact);
+        if !contact.stood || contact.duration > LONGEST_CONTACT {
+            return;
+        }
+        let (normal, right) = contact.equations();
+        self.normal = KEPT * self.normal + normal;
+        self.right = KEPT * self.right + right;
+        // Two of the three directions count: along the axis that the foot rolls about, r is of no
+        // effect.
+        let ridge = SLIGHT_ROLL.powi(2) + WANDERING * 0.5 * self.normal.trace();
+        if let Some(factor) = (self.normal + Matrix3::from_diagonal_element(ridge)).cholesky() {
+            self.lever = factor.solve(&self.right);
+        }
+    }
+}
+
+/// Integrals over a contact of `A = C [ω×]`, of the velocity u since it began, and of products: `ω
+/// ωᵀ` for `Aᵀ A = |ω|² I - ω ωᵀ`, and `Aᵀ u`.
+#[derive(Clone, Debug, Default)]
+struct Contact {
+    duration: f64,
+    stood: bool,
+    velocity: Vector3<f64>,
+    a: Matrix3<f64>,
+    u: Vector3<f64>,
+    /// Of the squares and of the mixed products x y, y z and z x of the angular rate.
+    squares: Vector3<f64>,
+    mixed: Vector3<f64>,
+    a_u: Vector3<f64>,
+}
+
+impl Contact {
+    #[inline(always)]
+    fn step<L: Lanes>(&mut self, interval: &Interval, stationary: bool) {
+        let Interval { step: Step { dt, attitude, .. }, angular_rate, velocity_gain, .. } =
+            interval;
+        // The angular rate is the mean over the interval, so it goes with the velocity in the
+        // middle.
+        let u = rotation_kernels::plus_scaled::<L>(&self.velocity, 0.5, velocity_gain);
+        self.velocity += velocity_gain;
+        self.duration += dt;
+        self.stood |= stationary;
+        let angle = *dt * angular_rate;
+        self.a = rotation_kernels::plus_times_cross_matrix::<L>(&self.a, attitude, &angle);
+        self.u = rotation_kernels::plus_scaled::<L>(&self.u, *dt, &u);
+        self.squares += angle.component_mul(angular_rate);
+        self.mixed += angle.component_mul(&angular_rate.yzx());
+        self.a_u = rotation_kernels::plus_cross::<L>(&self.a_u, &attitude.tr_mul(&u), &angle);
+    }
+
+    /// The normal equations of r with c eliminated; each contact has the same say however long it
+    /// was.
+    fn equations(&self) -> (Matrix3<f64>, Vector3<f64>) {
+        let (a, u) = (self.a / self.duration, self.u / self.duration);
+        let ([xx, yy, zz], [xy, yz, zx]) = (self.squares.into(), self.mixed.into());
+        let a_a = Matrix3::new(yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy);
+        (a_a / self.duration - a.tr_mul(&a), self.a_u / self.duration - a.tr_mul(&u))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::UnitQuaternion;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::rotation::exp;
+    use crate::math::simd::Baseline;
+
+    const DT: f64 = 0.002;
+    const LIMIT: f64 = 2.0;
+
+    fn interval(
+        angular_rate: Vector3<f64>,
+        attitude: Matrix3<f64>,
+        velocity_gain: Vector3<f64>,
+        dt: f64,
+    ) -> Interval {
+        let step = Step { dt, velocity_increment_n: Vector3::zeros(), attitude };
+        Interval { step, bridged: 0.0, angular_rate, velocity_gain }
+    }
+
+    /// A contact of `duration` s on a point at -`lever` (b) from the sensor, with a velocity that
+    /// is wrong by a constant, and a fast swing after it.
+    fn contact(rolling: &mut Rolling, lever: &Vector3<f64>, duration: f64, stationary: bool) {
+        let mut attitude = UnitQuaternion::from_euler_angles(0.1, -0.2, 0.7);
+        let mut time = 0.0;
+        let mut before = None;
+        while time < duration {
+            let phase = time / duration;
+            let rate = Vector3::new(
+                0.3 * (9.0 * phase).sin(),
+                3.0 * (phase - 0.4).powi(2) + 0.2,
+                0.4 * phase,
+            );
+            let velocity = |attitude: &UnitQuaternion<f64>| attitude * rate.cross(lever);
+            let began = before.unwrap_or_else(|| velocity(&attitude));
+            attitude *= exp(&(rate * DT));
+            let now = velocity(&attitude);
+            let matrix = attitude.to_rotation_matrix().into_inner();
+            rolling.step::<Baseline>(
+                &interval(rate, matrix, now - began, DT),
+                stationary && (0.3..0.5).contains(&phase),
+                LIMIT,
+            );
+            before = Some(now);
+            time += DT;
+        }
+        let swing =
+            interval(Vector3::new(0.0, 5.0, 0.0), Matrix3::identity(), Vector3::zeros(), DT);
+        rolling.step::<Baseline>(&swing, false, LIMIT);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn it_finds_what_the_foot_rolls_about(
+            lever in [-0.15..0.15, -0.15..0.15, -0.15..0.15_f64].prop_map(Vector3::from),
+        ) {
+            let mut rolling = Rolling::default();
+            for _ in 0..60 {
+                contact(&mut rolling, &lever, 0.5, true);
+            }
+            let rate = Vector3::new(0.0, 0.2, 0.0);
+            let (found, truth) = (rolling.velocity(&rate), rate.cross(&lever));
+            // What wanders may not be believed in full.
+            prop_assert!((found - truth).norm() < 0.2 * rate.norm() * lever.norm() + 1e-3, "{found}, {truth}");
+        }
+    }
+
+    #[test]
+    fn a_slow_swing_and_a_long_rest_tell_nothing() {
+        let lever = Vector3::new(0.05, 0.0, 0.1);
+        let mut rolling = Rolling::default();
+        contact(&mut rolling, &lever, 0.5, false);
+        contact(&mut rolling, &lever, 1.1, true);
+        assert_eq!(rolling.velocity(&Vector3::y()), Vector3::zeros());
+        contact(&mut rolling, &lever, 0.5, true);
+        assert!(rolling.velocity(&Vector3::y()).norm() > 0.05);
+    }
+
+    #[test]
+    fn a_repeated_stamp_does_not_end_a_contact_but_an_interruption_does() {
+        let turn = |rate: f64, dt: f64| {
+            interval(
+                Vector3::new(0.0, rate, 0.0),
+                Matrix3::identity(),
+                Vector3::new(0.01, 0.0, 0.0),
+                dt,
+            )
+        };
+        let mut rolling = Rolling::default();
+        rolling.step::<Baseline>(&turn(0.5, DT), true, LIMIT);
+        rolling.step::<Baseline>(&turn(5.0, 0.0), false, LIMIT);
+        assert!(rolling.contact.stood);
+        rolling.interrupt();
+        assert!(!rolling.contact.stood && rolling.contact.duration == 0.0);
+    }
+}

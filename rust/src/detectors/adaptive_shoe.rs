@@ -1,0 +1,195 @@
+//! SHOE with a threshold that follows the stride.
+//!
+//! How still a foot gets in stance depends on the person, the gait and the sensor, by factors of a
+//! thousand; that it gets stiller there than anywhere else in the stride does not.  So a sample is
+//! stationary where its statistic is within a small min_factor of the least one around it, or below
+//! a noise_floor that no moving foot reaches; and never above a upper_bound that no standing foot
+//! reaches.
+//!
+//! A swing that lasts longer than the detector looks has a least statistic too.  But a stance is
+//! stiller than the swing next to it by orders of magnitude, and a pause of a slow swing is not:
+//! above the noise_floor, a stationary sample's statistic must also be small against the greatest
+//! one around it.
+
+use crate::config::AdaptiveShoeConfig;
+use crate::detectors::delay::Delay;
+use crate::detectors::detector::{Decision, Detector};
+use crate::detectors::latency_counter::LatencyCounter;
+use crate::detectors::shoe::ShoeStatistic;
+use crate::detectors::sliding_min_max::{MinMax, SlidingMinMax, max, min};
+use crate::types::rate::samples;
+use crate::types::sample::ImuSample;
+
+/// SHOE whose threshold is a multiple of the statistic's minimum around the sample.
+///
+/// At both ends of the data the minimum is taken over the samples that there are.
+#[derive(Clone, Debug)]
+pub struct AdaptiveShoe {
+    statistic: ShoeStatistic,
+    around: SlidingMinMax,
+    /// Brings a statistic to the middle of what is around it.
+    delay: Delay,
+    latency_counter: LatencyCounter,
+    min_factor: f64,
+    noise_floor: f64,
+    upper_bound: f64,
+    max_fraction: f64,
+}
+
+impl AdaptiveShoe {
+    /// A detector for samples at `rate_hz`, with gravity in m/s².
+    #[must_use]
+    pub fn new(config: &AdaptiveShoeConfig, rate_hz: f64, gravity: f64) -> Self {
+        let look_ahead = samples(config.look_ahead * rate_hz);
+        let span = samples(config.look_behind * rate_hz) + 1 + look_ahead;
+        let statistic =
+            ShoeStatistic::new(config.window, config.accel_std, config.gyro_std, rate_hz, gravity);
+        Self {
+            around: SlidingMinMax::new(span),
+            delay: Delay::new(look_ahead),
+            latency_counter: LatencyCounter::new(statistic.latency() + look_ahead),
+            statistic,
+            min_factor: config.min_factor,
+            noise_floor: config.noise_floor,
+            upper_bound: config.upper_bound,
+            max_fraction: config.max_fraction,
+        }
+    }
+
+    /// Takes the next statistic; decides about the one that has come to the middle, if a sample
+    /// stands behind it.
+    #[expect(clippy::inline_always, reason = "small beside a call, once for every sample")]
+    #[inline(always)]
+    fn take_in(&mut self, statistic: f64) -> Option<Decision> {
+        let around = self.around.push(statistic);
+        let statistic = self.delay.push(statistic);
+        self.latency_counter
+            .push()
+            .then(|| Decision::threshold_at(self.threshold(&around), statistic))
+    }
+
+    fn threshold(&self, around: &MinMax) -> f64 {
+        let relative = min(self.min_factor * around.least, self.max_fraction * around.greatest);
+        min(max(relative, self.noise_floor), self.upper_bound)
+    }
+}
+
+impl Detector for AdaptiveShoe {
+    fn latency(&self) -> usize {
+        self.latency_counter.latency()
+    }
+
+    fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
+        let statistic = self.statistic.push(sample);
+        self.take_in(statistic)
+    }
+
+    fn drain(&mut self) -> Option<Decision> {
+        let steps = self.latency_counter.drain()?;
+        (0..steps).filter_map(|_| self.take_in(f64::NAN)).last()
+    }
+
+    fn reset(&mut self) {
+        self.statistic.reset();
+        self.around.reset();
+        self.delay.reset();
+        self.latency_counter.reset();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::iter;
+
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const RATE: f64 = 100.0;
+    const GRAVITY: f64 = 9.8;
+    const CONFIG: AdaptiveShoeConfig = AdaptiveShoeConfig {
+        window: 0.05,
+        accel_std: 0.02,
+        gyro_std: 8.7e-3,
+        look_behind: 0.11,
+        look_ahead: 0.07,
+        min_factor: 1.5,
+        noise_floor: 500.0,
+        upper_bound: 2.0e5,
+        max_fraction: 0.4,
+    };
+    /// `CONFIG`'s durations in samples.
+    const HALF: usize = 2;
+    const BEHIND: usize = 11;
+    const AHEAD: usize = 7;
+
+    /// Skog et al. 2010, eq. 15, of the window around sample `k`; NaN where the data do not fill
+    /// it.
+    fn statistic(samples: &[ImuSample], k: usize) -> f64 {
+        if k < HALF || k + HALF >= samples.len() {
+            return f64::NAN;
+        }
+        let window = &samples[k - HALF..=k + HALF];
+        let gravity =
+            GRAVITY * window.iter().map(|s| s.specific_force).sum::<Vector3<f64>>().normalize();
+        let force = window.iter().map(|s| (s.specific_force - gravity).norm_squared()).sum::<f64>();
+        let rate = window.iter().map(|s| s.angular_rate.norm_squared()).sum::<f64>();
+        (force / CONFIG.accel_std.powi(2) + rate / CONFIG.gyro_std.powi(2)) / 5.0
+    }
+
+    /// Statistic and threshold of sample `k` from all statistics; NaN where there is no statistic.
+    fn judged(statistics: &[f64], k: usize) -> (f64, f64) {
+        let around = &statistics[k.saturating_sub(BEHIND)..(k + AHEAD + 1).min(statistics.len())];
+        let least = around.iter().copied().fold(f64::NAN, f64::min);
+        let greatest = around.iter().copied().fold(f64::NAN, f64::max);
+        let relative = (CONFIG.min_factor * least).min(CONFIG.max_fraction * greatest);
+        let threshold = if statistics[k].is_nan() {
+            f64::NAN
+        } else {
+            relative.clamp(CONFIG.noise_floor, CONFIG.upper_bound)
+        };
+        (statistics[k], threshold)
+    }
+
+    fn alike(found: f64, expected: f64) -> bool {
+        (found.is_nan() && expected.is_nan()) || (found - expected).abs() <= 1e-9 * (1e5 + expected)
+    }
+
+    /// Feet that swing and stand, of recordings shorter and longer than the detector's latency.
+    fn samples() -> impl Strategy<Value = Vec<ImuSample>> {
+        let vibration = prop_oneof![Just(0.01), Just(0.3), Just(5.0)];
+        let row = (vibration, prop::array::uniform3(-1.0..1.0), prop::array::uniform3(-1.0..1.0));
+        prop::collection::vec(row, 0..60).prop_map(|rows| {
+            let sample = |(scale, force, rate): (f64, [f64; 3], [f64; 3])| ImuSample {
+                time: 0.0,
+                specific_force: Vector3::new(0.0, 0.0, GRAVITY) + scale * Vector3::from(force),
+                angular_rate: scale * Vector3::from(rate),
+            };
+            rows.into_iter().map(sample).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn every_sample_is_decided_by_the_statistics_around_it(samples in samples(), before in samples()) {
+            let mut detector = AdaptiveShoe::new(&CONFIG, RATE, GRAVITY);
+            prop_assert_eq!(detector.latency(), HALF + AHEAD);
+            for sample in &before {
+                detector.push(sample);
+            }
+            detector.reset();
+            let mut decisions: Vec<_> = samples.iter().filter_map(|sample| detector.push(sample)).collect();
+            prop_assert_eq!(decisions.len(), samples.len().saturating_sub(HALF + AHEAD));
+            decisions.extend(iter::from_fn(|| detector.drain()));
+            prop_assert_eq!(decisions.len(), samples.len());
+            let statistics: Vec<f64> = (0..samples.len()).map(|k| statistic(&samples, k)).collect();
+            for (k, found) in decisions.iter().enumerate() {
+                let (statistic, threshold) = judged(&statistics, k);
+                prop_assert!(alike(found.statistic, statistic), "{}: {:?} {}", k, found, statistic);
+                prop_assert!(alike(found.threshold, threshold), "{}: {:?} {}", k, found, threshold);
+                prop_assert_eq!(found.stationary, found.statistic <= found.threshold);
+            }
+        }
+    }
+}

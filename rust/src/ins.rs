@@ -1,0 +1,7 @@
+//! Inertial navigation without aids: alignment, strapdown mechanization and the Earth.
+
+pub mod alignment;
+pub mod earth;
+pub(crate) mod interval;
+mod inverse;
+pub mod strapdown;

@@ -1,0 +1,14 @@
+//! The path of a sample from the sensor to the track.
+
+pub(crate) mod aided_ins;
+pub(crate) mod batch;
+pub(crate) mod considered_scale;
+pub(crate) mod delay_line;
+pub(crate) mod detection;
+pub(crate) mod fine_levelling;
+pub(crate) mod gait_correction;
+pub(crate) mod health_monitor;
+pub(crate) mod navigator;
+pub(crate) mod start;
+pub(crate) mod validation;
+pub(crate) mod work;
