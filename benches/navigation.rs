@@ -14,7 +14,7 @@ use footnav::detectors::decide_all;
 use footnav::filter::covariance::Covariance;
 use footnav::filter::error_state::Block;
 use footnav::filter::transition::{Noise, Transition};
-use footnav::ins::strapdown::{Increments, MechanizationKind, Step, Strapdown};
+use footnav::ins::strapdown::{Increments, MechanizationKind, Strapdown, StrapdownStep};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::types::nav_state::NavState;
 use footnav::{Batch, Config, ImuSample, Navigator, track};
@@ -103,7 +103,7 @@ fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
     for block in Block::ALL {
         p.add_variance(block, 0.01);
     }
-    let step = Step {
+    let step = StrapdownStep {
         dt: 1.0 / RATE,
         velocity_increment_n: Vector3::new(1.0, 2.0, 9.8) / RATE,
         attitude: Matrix3::identity(),

@@ -2,6 +2,7 @@
 
 pub mod alignment;
 pub mod earth;
+pub(crate) mod integration;
 pub(crate) mod interval;
 mod inverse;
 pub mod strapdown;

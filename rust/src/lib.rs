@@ -2,7 +2,7 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 #[expect(clippy::inline_always, reason = "as math::simd")]
-mod aiding;
+pub mod aiding;
 pub mod allan;
 pub mod calibration;
 pub mod config;
@@ -32,6 +32,7 @@ pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use gait::Stride;
 pub use pipeline::batch::{Batch, track};
+pub use pipeline::health_monitor::Health;
 pub use pipeline::navigator::Navigator;
 pub use types::sample::{ImuSample, MagSample};
 pub use types::solution::Solution;

@@ -318,7 +318,7 @@ fn a_detector_of_ones_own_can_be_plugged_in() {
     let trajectory = navigator.push_block(&samples).unwrap();
     assert_eq!(trajectory.len(), samples.len());
     let health = navigator.health();
-    assert_eq!(health.counters.updates.zero_velocity, 0);
+    assert_eq!(health.counters.updates.zero_velocity.accepted, 0);
     assert!(
         health.flags.contains(Flags::NO_ZERO_VELOCITY) && health.horizontal_std > 0.5,
         "{health:?}"

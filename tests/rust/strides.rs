@@ -78,10 +78,10 @@ fn keeping_the_strides_changes_no_number_of_the_track() {
 }
 
 #[test]
-fn strides_that_nobody_asked_for_are_an_error_that_names_the_setting() {
+fn strides_without_the_setting_are_an_error_that_names_it() {
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     let error = navigator.strides().unwrap_err().to_string();
-    assert_eq!(error, "strides are not kept: set output.strides = true");
+    assert_eq!(error, "strides are not tracked: set output.strides = true");
 }
 
 #[test]

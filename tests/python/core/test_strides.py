@@ -71,7 +71,7 @@ def test_covariance_of_a_stride_is_one(tracked: Trajectory) -> None:
 def test_strides_are_not_kept_unasked(recording: Recording) -> None:
     """The default track has the same strides without covariance, and a stream says what to set."""
     assert track(recording).steps.covariance is None
-    with pytest.raises(ConfigError, match=r"strides are not kept: set output\.strides = true"):
+    with pytest.raises(ConfigError, match=r"strides are not tracked: set output\.strides = true"):
         Navigator().strides()
 
 
