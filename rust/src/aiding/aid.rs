@@ -55,11 +55,15 @@ pub(crate) trait Aid {
     /// Starts at a state, before which the foot was at rest or moved.
     fn begin(&mut self, _nav: &NavState, _at_rest: bool) {}
 
-    /// Follows an interval before the covariance is propagated over it; whether a measurement is due
-    /// at its end.
-    fn prepare(&mut self, epoch: &Epoch<'_>, simd: impl Simd) -> bool;
+    /// Follows an interval before the covariance is propagated over it; whether a measurement may be
+    /// due at its end although the foot is not in stance.
+    #[inline(always)]
+    fn prepare(&mut self, _epoch: &Epoch<'_>, _simd: impl Simd) -> bool {
+        false
+    }
 
-    /// Updates the filter at the end of the interval.
+    /// Updates the filter at the end of an interval: in stance, and where a measurement of some aid
+    /// may be due.
     fn update<S: Simd>(
         &mut self,
         filter: &mut ErrorStateFilter<S>,

@@ -124,11 +124,11 @@ impl Aids {
         self.magnetic_heading.begin(nav, at_rest);
     }
 
-    /// Follows an interval before the covariance is propagated over it; whether a measurement is due
-    /// at its end.
+    /// Follows an interval before the covariance is propagated over it; whether a measurement may be
+    /// due at its end, as it may in any stance.
     #[inline(always)]
     pub(crate) fn prepare(&mut self, epoch: &Epoch<'_>, simd: impl Simd) -> bool {
-        let mut due = Due::default();
+        let mut due = Due { any: epoch.stance, position: false };
         due.prepare(&mut self.gravity_tilt, epoch, simd);
         due.prepare(&mut self.iaa, epoch, simd);
         due.prepare(&mut self.zero_velocity, epoch, simd);
@@ -144,8 +144,8 @@ impl Aids {
     /// [`crate::aiding::zupt_correlation`].  While no aid observes the position, it changes no gain
     /// but those of the position itself, so the track is the same with and without it.
     #[inline(always)]
-    pub(crate) fn take_position_noise(&mut self) -> f64 {
-        self.zero_velocity.take_position_noise()
+    pub(crate) fn position_noise(&self) -> f64 {
+        self.zero_velocity.position_noise()
     }
 
     /// Updates the filter at the end of an interval.
@@ -175,7 +175,7 @@ impl Aids {
         filter: &mut ErrorStateFilter<S>,
         recorder: &mut impl FilterRecorder,
     ) {
-        let variance = self.zero_velocity.take_position_noise();
+        let variance = self.zero_velocity.take_pending_position_noise();
         filter.inflate(Block::Position, variance, recorder);
     }
 
@@ -207,8 +207,7 @@ impl Aids {
     }
 }
 
-/// Which measurements are due.
-#[derive(Default)]
+/// Which measurements may be due.
 struct Due {
     any: bool,
     position: bool,

@@ -62,11 +62,6 @@ impl Aid for Iaa {
     }
 
     #[inline(always)]
-    fn prepare(&mut self, epoch: &Epoch<'_>, _: impl Simd) -> bool {
-        epoch.stance
-    }
-
-    #[inline(always)]
     fn update<S: Simd>(
         &mut self,
         filter: &mut ErrorStateFilter<S>,

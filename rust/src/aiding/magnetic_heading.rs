@@ -100,16 +100,6 @@ impl MagneticHeading {
         self.newest.is_some()
     }
 
-    /// The mean field of the stance as soon as it is known, once.
-    fn mean_field(&mut self, nav: &NavState, stance: bool, dt: f64) -> Option<Field> {
-        self.stance.step(stance, dt);
-        let newest = iter::from_fn(|| self.next_until(nav.time)).last();
-        if let Some(reading) = newest.filter(|_| stance) {
-            self.stance.add(&(nav.attitude * reading));
-        }
-        self.stance.take_mean()
-    }
-
     /// The next of the readings (b) that are not newer than `time`.
     fn next_until(&mut self, time: f64) -> Option<Vector3<f64>> {
         let is_due = self.pending.front()?.time() <= time;
@@ -133,19 +123,56 @@ impl Aid for MagneticHeading {
 
     #[inline(always)]
     fn prepare(&mut self, epoch: &Epoch<'_>, _: impl Simd) -> bool {
-        epoch.stance
+        if !epoch.stance {
+            self.swing(epoch.sample.time, epoch.interval.step.dt);
+        }
+        self.stance.is_complete()
     }
 
+    #[inline(always)]
     fn update<S: Simd>(
         &mut self,
         filter: &mut ErrorStateFilter<S>,
         epoch: &Epoch<'_>,
         recorder: &mut impl FilterRecorder,
     ) -> Outcome {
+        self.apply(filter, epoch.stance, epoch.interval.step.dt, recorder)
+    }
+
+    fn interrupt(&mut self) {
+        self.stance = StanceField::default();
+    }
+}
+
+impl MagneticHeading {
+    /// Propagates over an interval of `dt` (s) in swing; its readings are not used.
+    fn swing(&mut self, time: f64, dt: f64) {
+        self.stance.time_since_stance += dt;
+        while self.next_until(time).is_some() {}
+    }
+
+    /// The mean field of the stance as soon as it is known, once.
+    fn mean_field(&mut self, nav: &NavState, stance: bool, dt: f64) -> Option<Field> {
+        if stance {
+            self.stance.stand(dt);
+            if let Some(reading) = iter::from_fn(|| self.next_until(nav.time)).last() {
+                self.stance.add(&(nav.attitude * reading));
+            }
+        }
+        self.stance.take_mean()
+    }
+
+    /// Compares the mean field of the stance with the reference, and corrects the heading.
+    #[inline(never)]
+    fn apply<S: Simd>(
+        &mut self,
+        filter: &mut ErrorStateFilter<S>,
+        stance: bool,
+        dt: f64,
+        recorder: &mut impl FilterRecorder,
+    ) -> Outcome {
         let nav = filter.estimate.nav;
-        let Some(field) = self.mean_field(&nav, epoch.stance, epoch.interval.step.dt) else {
-            return Outcome::None;
-        };
+        let Some(field) = self.mean_field(&nav, stance, dt) else { return Outcome::None };
         let Some(reference) = &self.reference else {
             self.reference = Reference::new(field, filter);
             return Outcome::None;
@@ -162,10 +189,6 @@ impl Aid for MagneticHeading {
         }
         Outcome::tested(errors.is_some())
     }
-
-    fn interrupt(&mut self) {
-        self.stance = StanceField::default();
-    }
 }
 
 impl Reference {
@@ -177,12 +200,8 @@ impl Reference {
 }
 
 impl StanceField {
-    /// Propagates over `dt` (s) in stance or in swing.
-    fn step(&mut self, stance: bool, dt: f64) {
-        if !stance {
-            self.time_since_stance += dt;
-            return;
-        }
+    /// Propagates over `dt` (s) in stance.
+    fn stand(&mut self, dt: f64) {
         if self.time_since_stance > MIN_SWING {
             *self = Self::default();
         }
@@ -195,9 +214,14 @@ impl StanceField {
         self.readings += 1.0;
     }
 
+    /// Whether the mean field is known, and not used yet.
+    fn is_complete(&self) -> bool {
+        !self.used && self.readings > 0.0 && self.time_in_stance >= SETTLING_TIME
+    }
+
     /// The mean field, once.
     fn take_mean(&mut self) -> Option<Field> {
-        if self.used || self.readings == 0.0 || self.time_in_stance < SETTLING_TIME {
+        if !self.is_complete() {
             return None;
         }
         self.used = true;
@@ -294,6 +318,7 @@ mod tests {
             let sample = ImuSample::new(self.filter.estimate.nav.time, [0.0; 3], [0.0; 3]);
             let flags = Flags::empty();
             let epoch = Epoch { sample: &sample, interval: &interval, stance, flags };
+            self.aid.prepare(&epoch, Baseline);
             let outcome = self.aid.update(&mut self.filter, &epoch, &mut ());
             self.accepted += u64::from(outcome == Outcome::Accepted);
             self.rejected += u64::from(outcome == Outcome::Rejected);

@@ -30,6 +30,8 @@ pub(crate) struct ZeroVelocity {
     rejection_limit: f64,
     lever_arm: LeverArmEstimator,
     correlation: ZuptCorrelation,
+    /// Variance that the position gains in the next prediction, m².
+    position_noise: f64,
     /// Time in stance since the last accepted update, s.
     rejected_for: f64,
 }
@@ -46,6 +48,7 @@ impl ZeroVelocity {
             rejection_limit: config.rejection_limit,
             lever_arm: LeverArmEstimator::default(),
             correlation: ZuptCorrelation::default(),
+            position_noise: 0.0,
             rejected_for: 0.0,
         }
     }
@@ -53,7 +56,12 @@ impl ZeroVelocity {
     /// Variance that the position gains in the next prediction by the correlation of the updates
     /// before, m².
     #[inline(always)]
-    pub(crate) fn take_position_noise(&mut self) -> f64 {
+    pub(crate) fn position_noise(&self) -> f64 {
+        self.position_noise
+    }
+
+    /// Variance that the position has yet to gain, m²; it counts as gained.
+    pub(crate) fn take_pending_position_noise(&mut self) -> f64 {
         self.correlation.take_position_variance()
     }
 
@@ -107,7 +115,11 @@ impl Aid for ZeroVelocity {
     #[inline(always)]
     fn prepare(&mut self, epoch: &Epoch<'_>, simd: impl Simd) -> bool {
         self.lever_arm.step(simd, epoch.interval, epoch.stance, self.contact_rate);
-        epoch.stance
+        self.position_noise = self.correlation.take_position_variance();
+        if !epoch.stance {
+            self.correlation.propagate(epoch.interval.step.dt, self.correlation_of_stance);
+        }
+        false
     }
 
     #[inline(always)]
@@ -117,9 +129,12 @@ impl Aid for ZeroVelocity {
         epoch: &Epoch<'_>,
         recorder: &mut impl FilterRecorder,
     ) -> Outcome {
+        if !epoch.stance {
+            return Outcome::None;
+        }
         let dt = epoch.interval.step.dt;
         let outcome = match self.kind {
-            _ if !epoch.stance || dt <= 0.0 => Outcome::None,
+            _ if dt <= 0.0 => Outcome::None,
             FilterKind::Kf => self.apply(filter, &epoch.interval.angular_rate, dt, recorder),
             FilterKind::Dr => self.reset_velocity(filter, recorder),
             FilterKind::Ins => Outcome::None,

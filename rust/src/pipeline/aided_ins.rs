@@ -91,11 +91,15 @@ impl<S: Simd> AidedIns<S> {
         self.free_inertial.step(velocity, &interval.velocity_change, stance);
         let epoch = Epoch { sample, interval: &interval, stance, flags: *flags };
         let is_due = self.aids.prepare(&epoch, self.filter.simd);
-        let (noise, clipped) = (self.aids.take_position_noise(), flags.contains(Flags::CLIPPED));
+        let (noise, clipped) = (self.aids.position_noise(), flags.contains(Flags::CLIPPED));
         self.filter.predict(&interval, clipped, noise, !is_due, recorder);
-        let outcomes = self.aids.update(&mut self.filter, &epoch, recorder);
-        if is_due { self.filter.check() } else { self.filter.check_prediction() }?;
-        health.record_updates(sample.time, &outcomes);
+        if is_due {
+            let outcomes = self.aids.update(&mut self.filter, &epoch, recorder);
+            health.record_updates(sample.time, &outcomes);
+            self.filter.check()?;
+        } else {
+            self.filter.check_prediction()?;
+        }
         let flags = health.assess(sample.time, *flags, || self.filter.tilt_std());
         Ok(UpdateResult { zero_velocity: stance, flags })
     }
@@ -104,8 +108,7 @@ impl<S: Simd> AidedIns<S> {
     #[inline(always)]
     pub(crate) fn update_at_rest(&mut self, sample: &ImuSample) -> Result<(), NumericalError> {
         let interval = self.ins.propagate(&mut self.filter.estimate, sample);
-        let noise = self.aids.take_position_noise();
-        self.filter.predict(&interval, false, noise, false, &mut ());
+        self.filter.predict(&interval, false, 0.0, false, &mut ());
         self.aids.update_at_rest(&mut self.filter, &interval, sample);
         self.filter.check()
     }
@@ -126,8 +129,9 @@ impl<S: Simd> AidedIns<S> {
     }
 
     /// The velocity without the aids of the present stance, n, m/s.
-    pub(crate) fn free_inertial_velocity(&self) -> Vector3<f64> {
-        self.free_inertial.value
+    #[inline]
+    pub(crate) fn free_inertial_velocity(&self) -> &Vector3<f64> {
+        &self.free_inertial.value
     }
 
     /// The solution at the newest sample.
@@ -168,8 +172,8 @@ impl<S: Simd, R: FilterRecorder> WithSimd for Replay<'_, S, R> {
 
     #[inline(always)]
     fn with_simd<T: Simd>(self, _: T) {
-        let Self { ins: AidedIns { ins, filter, aids, .. }, sample, recorder } = self;
+        let Self { ins: AidedIns { ins, filter, .. }, sample, recorder } = self;
         let interval = ins.propagate(&mut filter.estimate, sample);
-        filter.predict(&interval, false, aids.take_position_noise(), false, recorder);
+        filter.predict(&interval, false, 0.0, false, recorder);
     }
 }

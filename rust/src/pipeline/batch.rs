@@ -52,10 +52,10 @@ impl Output {
     }
 
     #[inline]
-    fn push(&mut self, solution: &Solution, free_inertial: Vector3<f64>) {
+    fn push(&mut self, solution: &Solution, free_inertial: &Vector3<f64>) {
         self.newest.push(solution, &mut self.trajectory);
         if let Some(velocities) = &mut self.free_inertial {
-            velocities.push(free_inertial);
+            velocities.push(*free_inertial);
         }
     }
 }

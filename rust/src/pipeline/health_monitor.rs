@@ -34,8 +34,11 @@ pub struct UpdateCount {
 impl UpdateCount {
     #[inline]
     fn add(&mut self, outcome: Outcome) {
-        self.accepted += u64::from(outcome == Outcome::Accepted);
-        self.rejected += u64::from(outcome == Outcome::Rejected);
+        match outcome {
+            Outcome::None => {}
+            Outcome::Accepted => self.accepted += 1,
+            Outcome::Rejected => self.rejected += 1,
+        }
     }
 }
 

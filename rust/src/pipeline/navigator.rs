@@ -126,7 +126,7 @@ impl Navigator {
     pub(crate) fn process_block(
         &mut self,
         block: &[ImuSample],
-        output: impl FnMut(&Solution, Vector3<f64>),
+        output: impl FnMut(&Solution, &Vector3<f64>),
     ) -> Result<(), Error> {
         self.check_block(block)?;
         with_stages!(&mut self.stages, stages => stages.push_block(block, output))
@@ -198,7 +198,7 @@ impl Navigator {
     pub(crate) fn drain(
         &mut self,
         rows: usize,
-        output: impl FnMut(&Solution, Vector3<f64>),
+        output: impl FnMut(&Solution, &Vector3<f64>),
     ) -> Result<bool, Error> {
         with_stages!(&mut self.stages, stages => stages.drain(rows, output))
     }

@@ -37,6 +37,9 @@ pub(crate) struct Stages<S> {
     pub(super) run: Run<S>,
 }
 
+/// Velocity during the alignment, n, m/s.
+const AT_REST: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
+
 /// What a reset discards.
 pub(super) struct Run<S> {
     validator: InputValidator,
@@ -258,7 +261,7 @@ impl<S: Simd> Stages<S> {
     pub(super) fn push_block(
         &mut self,
         block: &[ImuSample],
-        output: impl FnMut(&Solution, Vector3<f64>),
+        output: impl FnMut(&Solution, &Vector3<f64>),
     ) -> Result<(), Error> {
         self.simd.vectorize(PushBlock { stages: self, block, output })
     }
@@ -268,7 +271,7 @@ impl<S: Simd> Stages<S> {
     pub(super) fn drain(
         &mut self,
         rows: usize,
-        mut output: impl FnMut(&Solution, Vector3<f64>),
+        mut output: impl FnMut(&Solution, &Vector3<f64>),
     ) -> Result<bool, Error> {
         while let Some(decision) = self.detector.drain() {
             if self.simd.vectorize(Navigate { stages: self, decision: &decision })? {
@@ -294,7 +297,7 @@ impl<S: Simd> Stages<S> {
 
     /// Hands the newest solution to `output`.
     #[inline]
-    fn write(&self, output: &mut impl FnMut(&Solution, Vector3<f64>)) {
+    fn write(&self, output: &mut impl FnMut(&Solution, &Vector3<f64>)) {
         self.with_latest(|solution| output(solution, self.free_inertial_velocity()));
     }
 
@@ -402,10 +405,10 @@ impl<S: Simd> Stages<S> {
 
     /// Velocity at the newest solution of the filter without the aids of its stance, n, m/s.
     #[inline]
-    fn free_inertial_velocity(&self) -> Vector3<f64> {
+    fn free_inertial_velocity(&self) -> &Vector3<f64> {
         match &self.run.phase {
             Phase::Navigating(ins) => ins.free_inertial_velocity(),
-            _ => Vector3::zeros(),
+            _ => &AT_REST,
         }
     }
 
@@ -458,7 +461,7 @@ struct PushBlock<'a, S, F> {
     output: F,
 }
 
-impl<S: Simd, F: FnMut(&Solution, Vector3<f64>)> WithSimd for PushBlock<'_, S, F> {
+impl<S: Simd, F: FnMut(&Solution, &Vector3<f64>)> WithSimd for PushBlock<'_, S, F> {
     type Output = Result<(), Error>;
 
     #[inline(always)]
