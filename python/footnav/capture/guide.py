@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footnav.capture.block import Block
-from footnav.capture.stillness import Stillness, Window
+from footnav.capture.rest_detection import RestMonitor, Window
 from footnav.errors import ConfigError
 from footnav.recording import Floats
 
@@ -108,7 +108,7 @@ class Guide:
         self.stage = Stage.SETTLE
         self.held = 0.0
         self.up = ""
-        self._stillness = Stillness()
+        self._rest_monitor = RestMonitor()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
         self._settled: Floats | None = None
@@ -162,7 +162,9 @@ class Guide:
         list of str
             What happened, for the person: poses that are done, were repeated, or ended too early.
         """
-        return [remark for window in self._stillness.feed(block) for remark in self._step(window)]
+        return [
+            remark for window in self._rest_monitor.feed(block) for remark in self._step(window)
+        ]
 
     @property
     def needed(self) -> float:
@@ -175,7 +177,7 @@ class Guide:
         # A sensor that reads nothing at all has no side up, and the recorder refuses it.
         direction = window.accel / (np.linalg.norm(window.accel) or 1.0)
         self.up = _nearest_side(direction)[1]
-        if not window.still or self._turned(direction):
+        if not window.at_rest or self._turned(direction):
             yield from self._move()
         elif self._settled is None:
             yield from self._place(direction, window)
