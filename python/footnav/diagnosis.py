@@ -363,13 +363,14 @@ def _clipping_text(clip: Clipping) -> str:
 
 
 def _rest_text(rest: Rest) -> list[str]:
+    bias, noise = ([math.degrees(value) for value in v] for v in (rest.gyro_bias, rest.gyro_noise))
     return [
         f"  rest        {rest.duration:.2f} s at the start, "
         f"|accel| {rest.specific_force:.3f} m/s^2 "
         f"({rest.specific_force / STANDARD_GRAVITY:.4f} g)",
-        f"  gyro bias   {_triad([math.degrees(value) for value in rest.gyro_bias], '+.3f')} deg/s at rest",
+        f"  gyro bias   {_triad(bias, '+.3f')} deg/s at rest",
         f"  noise       accel {_triad(rest.accel_noise, '.3f')} m/s^2, "
-        f"gyro {_triad([math.degrees(value) for value in rest.gyro_noise], '.3f')} deg/s",
+        f"gyro {_triad(noise, '.3f')} deg/s",
     ]
 
 

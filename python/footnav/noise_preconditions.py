@@ -14,7 +14,7 @@ CHANNELS = tuple(f"{sensor}_{axis}" for sensor in UNITS for axis in "xyz")
 """Channels of the accelerometer and the gyroscope."""
 
 UNEVEN = 0.8
-"""Part of the median interval by which one may differ; stamps in whole milliseconds vary by less."""
+"""Part of the median interval by which one may differ; stamps in whole ms vary by less."""
 
 STD_FACTOR, STEP_FACTOR = 3.0, 15.0
 """Multiples of the median standard deviation of a block, and of the median step between the means

@@ -44,8 +44,8 @@ class RestLimits:
     accel_std, gyro_std : float
         Greatest standard deviation of an axis within a block, m/s² and rad/s.
     accel_drift, gyro_drift : float
-        Greatest difference between the mean vector of a block and that of the rest so far, m/s² and
-        rad/s.
+        Greatest difference between the mean vector of a block and that of the rest so far, m/s²
+        and rad/s.
     """
 
     block: float

@@ -4,6 +4,6 @@ pub mod alignment;
 pub mod earth;
 pub(crate) mod interval;
 mod inverse;
-pub(crate) mod rest;
-pub(crate) mod sample_statistics;
+pub mod rest;
+pub mod sample_statistics;
 pub mod strapdown;

@@ -31,12 +31,12 @@ MULTIPLE = 4.0
 """Multiple of the standard deviation in the rest at the start beyond which the sensor moves."""
 
 MIN_STD = 0.02
-"""Least standard deviation that is multiplied, as a part of that in `CALIBRATION_POSES`: the rounding
-of a sensor without noise is no limit."""
+"""Least standard deviation that is multiplied, as a part of that in `CALIBRATION_POSES`: a sensor
+without noise still has rounding."""
 
 BLOCK = 0.25
-"""Length of the means, s, from which the noise of a mean is estimated: longer than the impulse response
-of any low-pass filter."""
+"""Length of the means, s, from which the noise of a mean is estimated: longer than the impulse
+response of any low-pass filter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +131,8 @@ def check_rest(recording: Recording, start: int = 0, stop: int | None = None) ->
     Raises
     ------
     DataError
-        The standard deviation of an axis, or the change of its mean, is beyond its limit, or samples
-        are missing; the message gives axis, time, value and limit.
+        The standard deviation of an axis, or the change of its mean, is beyond its limit, or
+        samples are missing; the message gives axis, time, value and limit.
     """
     stop = len(recording) if stop is None else stop
     name = recording.name or "the recording"
@@ -168,7 +168,7 @@ def _motion(blocks: RestBlocks, block: int, t: float) -> str:
 
 
 def pooled(rests: Sequence[Rests]) -> Rests:
-    """Join the rests of several recordings; `start` and `stop` then count in each recording of its own."""
+    """Join the rests of several recordings; `start` and `stop` are rows of each recording."""
     join = {name: np.concatenate([getattr(each, name) for each in rests]) for name in _ARRAYS}
     celsius = [each.temperature for each in rests]
     known = [column for column in celsius if column is not None]

@@ -1,8 +1,8 @@
 //! Initial alignment: levelling, heading and gyroscope bias from the rest at the start.
 //!
-//! Rest is gathered in blocks of a tenth of a second (see [`crate::ins::rest`]).  The first block in
-//! motion ends it: a walk that starts early is aligned on the rest so far; a start in motion gives a
-//! coarse alignment and is flagged.
+//! Rest is gathered in blocks of a tenth of a second (see [`crate::ins::rest`]).  The first block
+//! in motion ends it: a walk that starts early is aligned on the rest so far; a start in motion
+//! gives a coarse alignment and is flagged.
 //!
 //! # References
 //! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial

@@ -5,8 +5,9 @@
 //! drift away from those of the rest so far.
 //!
 //! # References
-//! - D. Tedaldi, A. Pretto, E. Menegatti, "A robust and easy to implement method for IMU calibration
-//!   without external equipments", ICRA 2014: sec. V-A (the variance over a window as the test).
+//! - D. Tedaldi, A. Pretto, E. Menegatti, "A robust and easy to implement method for IMU
+//!   calibration without external equipments", ICRA 2014: sec. V-A (the variance over a window as
+//!   the test).
 
 use nalgebra::Vector3;
 
@@ -15,27 +16,28 @@ use crate::types::sample::ImuSample;
 
 /// Limits within which a sensor counts as at rest; an infinite one is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RestLimits {
+pub struct RestLimits {
     /// Length of a block, s.
-    pub(crate) block: f64,
+    pub block: f64,
     /// Longest time that the samples of a block may span, s: with more of them missing the motion
     /// in between is unknown.
-    pub(crate) max_span: f64,
+    pub max_span: f64,
     /// Shortest rest, s.
-    pub(crate) min_duration: f64,
+    pub min_duration: f64,
     /// Greatest standard deviation of an axis of the specific force within a block, m/s².
-    pub(crate) accel_std: f64,
+    pub accel_std: f64,
     /// Greatest standard deviation of an axis of the angular rate within a block, rad/s.
-    pub(crate) gyro_std: f64,
-    /// Greatest difference of the mean specific force of a block from that of the rest so far, m/s².
-    pub(crate) accel_drift: f64,
+    pub gyro_std: f64,
+    /// Greatest difference of the mean specific force of a block from that of the rest so far,
+    /// m/s².
+    pub accel_drift: f64,
     /// Greatest difference of the mean angular rate of a block from that of the rest so far, rad/s.
-    pub(crate) gyro_drift: f64,
+    pub gyro_drift: f64,
 }
 
 /// State of the newest block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BlockState {
+pub enum BlockState {
     /// Part of a block: more samples are needed.
     Part,
     /// Complete and at rest.
@@ -48,7 +50,7 @@ pub(crate) enum BlockState {
 ///
 /// The caller extends the rest by a block, or restarts after one in motion.
 #[derive(Clone, Debug)]
-pub(crate) struct RestDetector {
+pub struct RestDetector {
     limits: RestLimits,
     nominal_interval: f64,
     rest: SampleStatistics,
@@ -60,7 +62,8 @@ pub(crate) struct RestDetector {
 
 impl RestDetector {
     /// For samples `nominal_interval` (s) apart.
-    pub(crate) fn new(limits: RestLimits, nominal_interval: f64) -> Self {
+    #[must_use]
+    pub fn new(limits: RestLimits, nominal_interval: f64) -> Self {
         Self {
             limits,
             nominal_interval,
@@ -73,7 +76,7 @@ impl RestDetector {
     }
 
     /// Adds the next calibrated sample; one with a repeated stamp is left out.
-    pub(crate) fn push(&mut self, sample: &ImuSample) -> BlockState {
+    pub fn push(&mut self, sample: &ImuSample) -> BlockState {
         let anchor = *self.anchor.get_or_insert(*sample);
         let newest = self.block.last().unwrap_or(&anchor);
         if sample.time <= newest.time {
@@ -91,7 +94,8 @@ impl RestDetector {
     }
 
     /// Whether the samples since the anchor are at rest, be they a complete block or not.
-    pub(crate) fn block_is_at_rest(&self) -> bool {
+    #[must_use]
+    pub fn block_is_at_rest(&self) -> bool {
         let (Some(anchor), Some(newest)) = (self.anchor, self.block.last()) else { return true };
         let (block, limits) = (self.block_statistics(), &self.limits);
         let (accel_drift, gyro_drift) = self.drift(&block);
@@ -104,7 +108,8 @@ impl RestDetector {
 
     /// Differences of the means of a block from those of the rest so far, m/s² and rad/s; zero at
     /// the beginning of a rest.
-    pub(crate) fn drift(&self, block: &SampleStatistics) -> (Vector3<f64>, Vector3<f64>) {
+    #[must_use]
+    pub fn drift(&self, block: &SampleStatistics) -> (Vector3<f64>, Vector3<f64>) {
         if self.rest.count() == 0.0 {
             return (Vector3::zeros(), Vector3::zeros());
         }
@@ -115,7 +120,7 @@ impl RestDetector {
     }
 
     /// Adds the newest block to the rest.
-    pub(crate) fn extend_rest(&mut self) {
+    pub fn extend_rest(&mut self) {
         let (Some(anchor), Some(newest)) = (self.anchor, self.block.last()) else { return };
         let block = self.block_statistics();
         self.rest.merge(&block);
@@ -126,43 +131,50 @@ impl RestDetector {
     }
 
     /// Ends the rest: the next one may begin with the newest sample.
-    pub(crate) fn restart(&mut self) {
+    pub fn restart(&mut self) {
         let anchor = self.block.last().copied().or(self.anchor);
         *self = Self { anchor, ..Self::new(self.limits, self.nominal_interval) };
     }
 
     /// Whether there is a rest that lasts long enough.
-    pub(crate) fn has_rest(&self) -> bool {
+    #[must_use]
+    pub fn has_rest(&self) -> bool {
         self.rest.count() > 0.0 && self.duration >= self.limits.min_duration
     }
 
     /// Statistics of the samples of the rest so far.
-    pub(crate) fn rest(&self) -> &SampleStatistics {
+    #[must_use]
+    pub fn rest(&self) -> &SampleStatistics {
         &self.rest
     }
 
     /// Statistics of the means of the blocks of the rest so far.
-    pub(crate) fn block_means(&self) -> &SampleStatistics {
+    #[must_use]
+    pub fn block_means(&self) -> &SampleStatistics {
         &self.block_means
     }
 
     /// Statistics of the samples since the anchor.
-    pub(crate) fn block_statistics(&self) -> SampleStatistics {
+    #[must_use]
+    pub fn block_statistics(&self) -> SampleStatistics {
         SampleStatistics::of(&self.block)
     }
 
     /// How long the rest so far is, s.
-    pub(crate) fn duration(&self) -> f64 {
+    #[must_use]
+    pub fn duration(&self) -> f64 {
         self.duration
     }
 
     /// The last sample of the rest so far, or the one with which it may begin.
-    pub(crate) fn anchor(&self) -> Option<&ImuSample> {
+    #[must_use]
+    pub fn anchor(&self) -> Option<&ImuSample> {
         self.anchor.as_ref()
     }
 
     /// Samples since the anchor.
-    pub(crate) fn block(&self) -> &[ImuSample] {
+    #[must_use]
+    pub fn block(&self) -> &[ImuSample] {
         &self.block
     }
 }

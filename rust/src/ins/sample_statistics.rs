@@ -8,7 +8,7 @@ use crate::types::sample::ImuSample;
 ///
 /// The mean and the standard deviation of no sample at all are NaN and zero.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct SampleStatistics {
+pub struct SampleStatistics {
     count: f64,
     force: Vector3<f64>,
     force_squares: Vector3<f64>,
@@ -17,7 +17,9 @@ pub(crate) struct SampleStatistics {
 }
 
 impl SampleStatistics {
-    pub(crate) fn of(samples: &[ImuSample]) -> Self {
+    /// Statistics of some samples.
+    #[must_use]
+    pub fn of(samples: &[ImuSample]) -> Self {
         let mut statistics = Self::default();
         for sample in samples {
             statistics.add(&sample.specific_force, &sample.angular_rate);
@@ -26,7 +28,7 @@ impl SampleStatistics {
     }
 
     /// Adds a sample, or the mean of a block.
-    pub(crate) fn add(&mut self, specific_force: &Vector3<f64>, angular_rate: &Vector3<f64>) {
+    pub fn add(&mut self, specific_force: &Vector3<f64>, angular_rate: &Vector3<f64>) {
         self.count += 1.0;
         self.force += specific_force;
         self.force_squares += specific_force.component_mul(specific_force);
@@ -35,7 +37,7 @@ impl SampleStatistics {
     }
 
     /// Adds all samples of `other`.
-    pub(crate) fn merge(&mut self, other: &Self) {
+    pub fn merge(&mut self, other: &Self) {
         self.count += other.count;
         self.force += other.force;
         self.force_squares += other.force_squares;
@@ -44,27 +46,32 @@ impl SampleStatistics {
     }
 
     /// Number of samples.
-    pub(crate) fn count(&self) -> f64 {
+    #[must_use]
+    pub fn count(&self) -> f64 {
         self.count
     }
 
     /// Mean specific force, m/s².
-    pub(crate) fn specific_force(&self) -> Vector3<f64> {
+    #[must_use]
+    pub fn specific_force(&self) -> Vector3<f64> {
         self.force / self.count
     }
 
     /// Mean angular rate, rad/s.
-    pub(crate) fn angular_rate(&self) -> Vector3<f64> {
+    #[must_use]
+    pub fn angular_rate(&self) -> Vector3<f64> {
         self.rate / self.count
     }
 
     /// Standard deviation of each axis of the specific force, m/s².
-    pub(crate) fn accel_std(&self) -> Vector3<f64> {
+    #[must_use]
+    pub fn accel_std(&self) -> Vector3<f64> {
         std(&self.force, &self.force_squares, self.count)
     }
 
     /// Standard deviation of each axis of the angular rate, rad/s.
-    pub(crate) fn gyro_std(&self) -> Vector3<f64> {
+    #[must_use]
+    pub fn gyro_std(&self) -> Vector3<f64> {
         std(&self.rate, &self.rate_squares, self.count)
     }
 }
