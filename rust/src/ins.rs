@@ -5,4 +5,6 @@ pub mod earth;
 pub(crate) mod integration;
 pub(crate) mod interval;
 mod inverse;
+pub mod rest;
+pub mod sample_statistics;
 pub mod strapdown;

@@ -20,7 +20,9 @@ mod detector;
 mod exclusive;
 mod gait;
 mod navigator;
+mod rest;
 mod simulation;
+mod validation;
 
 pyo3::import_exception!(footnav.errors, BusyError);
 pyo3::import_exception!(footnav.errors, ConfigError);
@@ -49,6 +51,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::PyBatch>()?;
     module.add_class::<navigator::PyColumns>()?;
     module.add_class::<navigator::PyNavigator>()?;
+    module.add_class::<rest::PyRestDetector>()?;
     module.add_function(wrap_pyfunction!(default_config, module)?)?;
     module.add_function(wrap_pyfunction!(live_detector, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;
@@ -59,6 +62,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(allan::allan, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibration_at, module)?)?;
+    module.add_function(wrap_pyfunction!(rest::alignment_rest_limits, module)?)?;
+    module.add_function(wrap_pyfunction!(validation::sample_flags, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::corrupt, module)?)?;
     module.add_function(wrap_pyfunction!(gait::strides, module)?)?;
     module.add_function(wrap_pyfunction!(gait::stances, module)?)?;

@@ -1,6 +1,6 @@
 """Bias and scale over the temperature of the die.
 
-The sensor lies still while it warms up or cools down.  What the gyroscope reads is its bias.  What
+The sensor is at rest while it warms up or cools down.  What the gyroscope reads is its bias.  What
 the accelerometer reads changes by its bias and, where gravity pulls, by its scale: one pose cannot
 tell the two apart, opposite ones can.
 """

@@ -1,10 +1,9 @@
-"""Leads a person through the poses of a calibration, by the samples alone.
+"""Guide through the poses of a calibration, from the samples alone.
 
-First the sensor lies untouched, which shows its noise and the bias of its gyroscope.  Then each of
-its six sides is turned up, in any order, and then it is leant at angles that are all different:
-what Tedaldi, Pretto and Menegatti 2014 ("A robust and easy to implement method for IMU calibration
-without external equipments", ICRA) ask for.  Everything in between is recorded, too, because the
-turns calibrate the gyroscope.
+First the sensor is at rest, which gives its noise and the bias of its gyroscope.  Then each of its
+six sides is turned up, in any order, and then it is tilted at different angles, as Tedaldi, Pretto
+and Menegatti 2014 ("A robust and easy to implement method for IMU calibration without external
+equipments", ICRA) require.  The turns in between calibrate the gyroscope.
 
 The guide is a state machine without a clock or a screen of its own.
 """
@@ -17,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footnav.capture.block import Block
-from footnav.capture.stillness import Stillness, Window
+from footnav.capture.rest_detection import RestMonitor, Window
 from footnav.errors import ConfigError
 from footnav.recording import Floats
 
@@ -27,16 +26,16 @@ SIDES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _AXES = dict(zip(SIDES, np.kron(np.eye(3), [[1.0], [-1.0]]), strict=True))
 
 SQUARE = 15.0
-"""Degrees within which an axis counts as up; a board with pins below stands as askew as that."""
+"""Degrees within which an axis counts as up; a board with pins below is tilted by as much."""
 
 APART = 15.0
-"""Degrees by which two poses differ at least; nearer ones tell a calibration the same thing twice."""
+"""Least difference of two poses, degrees; nearer ones add nothing to a calibration."""
 
 _STEADY = 2.0
-"""Degrees by which a sensor at rest may turn while it is held: noise turns the mean of a window by less."""
+"""Degrees by which gravity may turn while a pose is held; the noise of a window's mean is less."""
 
 _TOUCHED = 0.6
-"""s; a rest that ends earlier was part of setting the sensor down."""
+"""s; a shorter rest is part of setting the sensor down."""
 
 
 class Stage(enum.Enum):
@@ -72,7 +71,7 @@ class Plan:
     tilts: int = 12
 
     def __post_init__(self) -> None:
-        """Refuse what no person could follow."""
+        """Check times and number."""
         for label in ("settle", "hold"):
             value = getattr(self, label)
             if not 1 <= value <= 600:
@@ -82,7 +81,7 @@ class Plan:
 
 
 class Guide:
-    """Follows the samples, and says what to do next.
+    """State machine that follows the samples and gives the next instruction.
 
     Parameters
     ----------
@@ -94,7 +93,7 @@ class Guide:
     stage : Stage
         What the guide waits for.
     held : float
-        How long the sensor has been still in this pose, s.
+        How long the sensor has been at rest in this pose, s.
     up : str
         Side that points up now, or nearly so; "" before the first samples.
     """
@@ -108,7 +107,7 @@ class Guide:
         self.stage = Stage.SETTLE
         self.held = 0.0
         self.up = ""
-        self._stillness = Stillness()
+        self._rest_monitor = RestMonitor()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
         self._settled: Floats | None = None
@@ -142,12 +141,19 @@ class Guide:
         if self.stage is Stage.DONE:
             return "All poses are done."
         if self.stage is Stage.SETTLE:
-            return f"Lay the sensor on a firm table, one side flat, and leave it alone for {self.plan.settle:g} s."
+            return (
+                "Lay the sensor on a firm table, one side flat, and leave it alone "
+                f"for {self.plan.settle:g} s."
+            )
         if self.stage is Stage.HOLD and self._pose:
             return f"Leave it alone: {_describe(self._pose[0])}."
         if self.missing_sides:
-            return f"Turn it until {self.missing_sides[0]} points up (to come: {', '.join(self.missing_sides)})."
-        return f"Lean it at an angle that it did not have before: tilt {self.tilts + 1} of {self.plan.tilts}."
+            missing = ", ".join(self.missing_sides)
+            return f"Turn it until {self.missing_sides[0]} points up (to come: {missing})."
+        return (
+            "Lean it at an angle that it did not have before: "
+            f"tilt {self.tilts + 1} of {self.plan.tilts}."
+        )
 
     def feed(self, block: Block) -> list[str]:
         """Take the next samples in.
@@ -162,11 +168,13 @@ class Guide:
         list of str
             What happened, for the person: poses that are done, were repeated, or ended too early.
         """
-        return [remark for window in self._stillness.feed(block) for remark in self._step(window)]
+        return [
+            remark for window in self._rest_monitor.feed(block) for remark in self._step(window)
+        ]
 
     @property
     def needed(self) -> float:
-        """How long the sensor has to be still in this pose, s."""
+        """How long the sensor has to be at rest in this pose, s."""
         return self.plan.settle if self.stage is Stage.SETTLE else self.plan.hold
 
     def _step(self, window: Window) -> Iterator[str]:
@@ -175,7 +183,7 @@ class Guide:
         # A sensor that reads nothing at all has no side up, and the recorder refuses it.
         direction = window.accel / (np.linalg.norm(window.accel) or 1.0)
         self.up = _nearest_side(direction)[1]
-        if not window.still or self._turned(direction):
+        if not window.at_rest or self._turned(direction):
             yield from self._move()
         elif self._settled is None:
             yield from self._place(direction, window)

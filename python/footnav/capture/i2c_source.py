@@ -154,7 +154,7 @@ class I2cSource(Closing):
             )
             self._sleep(_POLL)
             return []
-        self._silence.end()
+        self._silence.reset()
         return [Block.from_counts(self._stamps(len(counts), host), counts, self._setup)]
 
     def _drain(self) -> tuple[list[tuple[int, ...]], float]:
@@ -206,6 +206,6 @@ class I2cSource(Closing):
         self.losses = self.losses.plus(**more)
 
     def _check_alive(self, reason: str) -> None:
-        silence = self._silence.grow(self._now())
+        silence = self._silence.update(self._now())
         if silence > _PATIENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")

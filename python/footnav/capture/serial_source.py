@@ -140,7 +140,7 @@ class SerialSource(Closing):
         samples = self._decoder.feed(data)
         self._received += len(data)
         if samples:
-            self._silence.end()
+            self._silence.reset()
         else:
             self._check_alive(host)
         alike = itertools.groupby(samples, lambda sample: (sample.run, sample.setup))
@@ -166,7 +166,7 @@ class SerialSource(Closing):
         return Block.from_counts(t, [sample.counts for sample in samples], setup)
 
     def _check_alive(self, host: float) -> None:
-        trouble, silence = self._decoder.trouble, self._silence.grow(host)
+        trouble, silence = self._decoder.trouble, self._silence.update(host)
         if trouble and self._run is None:
             raise DataError(f"{self.name}: {trouble}")
         if silence > PATIENCE:

@@ -8,7 +8,7 @@ from footnav.diagnosis import diagnose
 
 
 def inform(files: list[Path], /, *, reading: Reading = AS_FOUND) -> int:
-    """Examine recordings, and say what to do about what is wrong with them.
+    """Report the quality of recordings: each problem with its remedy.
 
     Parameters
     ----------
