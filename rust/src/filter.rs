@@ -26,4 +26,5 @@ pub(crate) mod kernels;
 pub mod observation;
 mod propagation;
 pub(crate) mod recorder;
+pub(crate) mod settings;
 pub mod transition;

@@ -4,4 +4,5 @@ pub mod alignment;
 pub mod earth;
 pub(crate) mod interval;
 mod inverse;
+pub mod mechanization;
 pub mod strapdown;

@@ -24,6 +24,7 @@ pub mod pipeline;
 mod progress;
 #[cfg(feature = "python")]
 mod python;
+pub mod settings;
 pub mod simulation;
 mod smoother;
 pub mod types;

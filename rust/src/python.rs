@@ -53,6 +53,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(live_detector, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_names, module)?)?;
+    module.add_function(wrap_pyfunction!(settings_schema, module)?)?;
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
@@ -92,6 +93,12 @@ fn live_detector() -> PyResult<String> {
 #[pyfunction]
 fn preset_names() -> Vec<&'static str> {
     PRESETS.to_vec()
+}
+
+/// Every setting with its type, default, unit, limits and meaning, section by section, as JSON.
+#[pyfunction]
+fn settings_schema() -> PyResult<String> {
+    to_json(&Config::schema())
 }
 
 /// Raises `ConfigError` for settings that make no sense.

@@ -29,4 +29,5 @@
 
 mod backward_state;
 mod segment;
+pub(crate) mod settings;
 pub(crate) mod smoother;
