@@ -4,7 +4,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::ConfigError;
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
 
 mod thermal;

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::ins::earth;
-use crate::settings::{Limits, Section, check, choices, settings};
+use crate::limits::Limits;
+use crate::settings::{Section, check, choices, settings};
 
 mod consistency;
 mod presets;

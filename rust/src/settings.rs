@@ -10,7 +10,7 @@ use std::fmt::{Display, Formatter, Result as FormatResult};
 use serde::{Serialize, Serializer};
 
 use crate::error::ConfigError;
-pub use crate::limits::Limits;
+use crate::limits::Limits;
 
 /// The settings of one stage, or of one kind of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -262,10 +262,10 @@ macro_rules! settings {
             /// sense, its value and what is allowed.
             $vis fn validate(&self) -> Result<(), crate::error::ConfigError> {
                 $({
-                    let (unit, limits) = ("", $crate::settings::Limits::Finite);
-                    $(let (unit, limits) = { let _ = (unit, limits); ($unit, $limits) };)?
                     let key = concat!($section, ".", stringify!($name));
-                    $crate::settings::check(key, &self.$name, unit, limits)?;
+                    let limits = [$($limits)?].first().copied();
+                    let limits = limits.unwrap_or($crate::limits::Limits::Finite);
+                    $crate::settings::check(key, &self.$name, concat!($($unit)?), limits)?;
                 })+
                 $(self.$also()?;)?
                 Ok(())

@@ -1,6 +1,7 @@
 //! Settings of the magnetic heading.
 
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 
 settings! {
     /// Heading updates from a magnetometer.

@@ -7,7 +7,8 @@
 use crate::detectors::detector::{Decision, Detector, DetectorSettings, magnitude_excess};
 use crate::detectors::sliding_window::WINDOW_LIMITS;
 use crate::detectors::window_test::{WindowTest, WindowedDetector};
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
 
 settings! {

@@ -18,7 +18,8 @@ use crate::detectors::shoe::ShoeStatistic;
 use crate::detectors::sliding_min_max::{MinMax, SlidingMinMax, max, min};
 use crate::detectors::sliding_window::WINDOW_LIMITS;
 use crate::error::ConfigError;
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::rate::samples;
 use crate::types::sample::ImuSample;
 

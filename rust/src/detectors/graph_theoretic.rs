@@ -22,7 +22,8 @@ use nalgebra::Vector3;
 use crate::detectors::detector::{Decision, Detector, DetectorSettings, max_nan};
 use crate::detectors::latency_counter::LatencyCounter;
 use crate::detectors::sliding_window::{WINDOW_LIMITS, Window};
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::rate::number;
 use crate::types::sample::ImuSample;
 

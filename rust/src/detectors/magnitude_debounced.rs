@@ -10,7 +10,8 @@ use std::iter;
 
 use crate::detectors::debounce::Debounce;
 use crate::detectors::detector::{Decision, Detector, DetectorSettings, magnitude_excess};
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::rate::samples;
 use crate::types::sample::ImuSample;
 

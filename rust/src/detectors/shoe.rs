@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 use crate::detectors::detector::{Decision, Detector, DetectorSettings};
 use crate::detectors::latency_counter::LatencyCounter;
 use crate::detectors::sliding_window::{WINDOW_LIMITS, Window, at_least_zero};
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
 
 settings! {

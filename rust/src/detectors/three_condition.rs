@@ -8,7 +8,8 @@ use crate::detectors::detector::{Decision, Detector, DetectorSettings, magnitude
 use crate::detectors::sliding_window::{WINDOW_LIMITS, variance};
 use crate::detectors::window_test::{WindowTest, WindowedDetector};
 use crate::error::ConfigError;
-use crate::settings::{Limits, Value, choices, settings};
+use crate::limits::Limits;
+use crate::settings::{Value, choices, settings};
 use crate::types::sample::ImuSample;
 
 choices! {

@@ -1,7 +1,8 @@
 //! Settings of the error-state filter.
 
 use crate::error::ConfigError;
-use crate::settings::{Limits, choices, settings};
+use crate::limits::Limits;
+use crate::settings::{choices, settings};
 
 choices! {
     /// States that a zero velocity corrects.

@@ -17,8 +17,9 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 use crate::error::{ConfigError, DataError};
 use crate::ins::strapdown::Strapdown;
+use crate::limits::Limits;
 use crate::math::rotation;
-use crate::settings::{Limits, choices, settings};
+use crate::settings::{choices, settings};
 use crate::types::sample::ImuSample;
 
 choices! {

@@ -1,7 +1,8 @@
 //! Settings of the strapdown mechanization.
 
 use crate::ins::strapdown::MechanizationKind;
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 
 settings! {
     /// The strapdown integration, and the gravity and Earth rate that it uses.

@@ -1,7 +1,8 @@
 //! Settings of the solution's health.
 
 use crate::error::ConfigError;
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 
 settings! {
     /// Limits beyond which a solution is degraded or invalid.

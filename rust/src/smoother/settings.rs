@@ -1,6 +1,7 @@
 //! Settings of the smoothers.
 
-use crate::settings::{Limits, choices, settings};
+use crate::limits::Limits;
+use crate::settings::{choices, settings};
 
 choices! {
     /// Later samples that a state is estimated from.

@@ -1,6 +1,7 @@
 //! Noise, biases and ranges of the inertial measurement unit.
 
-use crate::settings::{Limits, settings};
+use crate::limits::Limits;
+use crate::settings::settings;
 
 settings! {
     /// What is known of the inertial measurement unit.
