@@ -151,7 +151,7 @@ fn detect<'py>(
     Ok(columns)
 }
 
-/// Lets an interrupt from the check_signals end the work of the main thread.
+/// Lets an interrupt end the work of the main thread.
 #[expect(
     clippy::redundant_closure_for_method_calls,
     reason = "the method itself is not general enough"
