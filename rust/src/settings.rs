@@ -1,7 +1,7 @@
 //! Declaration of settings: each is written once, beside the stage that reads it.
 //!
-//! A declaration gives a setting's sentence, name, type, default, unit and limits.  [`settings!`]
-//! makes the struct of it, its defaults, its checks and its [`Section`]; [`choices!`] does the same
+//! A declaration gives a setting's sentence, name, type, default, unit and limits.  `settings!`
+//! makes the struct of it, its defaults, its checks and its [`Section`]; `choices!` does the same
 //! for the values of an enumerated setting.  `Config::schema` lists all sections, from which the
 //! Python classes and the settings' reference page are generated.
 
