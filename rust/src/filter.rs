@@ -28,6 +28,7 @@ pub(crate) mod observation;
 pub(crate) mod process_noise;
 pub(crate) mod propagation;
 pub(crate) mod recorder;
+pub(crate) mod settings;
 pub(crate) mod transition;
 
 pub use covariance::Covariance;

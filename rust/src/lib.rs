@@ -13,7 +13,7 @@ pub mod filter;
 pub mod gait;
 #[expect(clippy::inline_always, reason = "as math::simd")]
 pub mod ins;
-mod limits;
+pub mod limits;
 #[expect(
     clippy::inline_always,
     reason = "code compiled for an instruction set must not call code that is not"
@@ -24,6 +24,7 @@ pub mod pipeline;
 mod progress;
 #[cfg(feature = "python")]
 mod python;
+pub mod settings;
 pub mod simulation;
 mod smoother;
 pub mod types;

@@ -8,6 +8,7 @@ pub(crate) mod detection;
 pub(crate) mod fine_levelling;
 pub(crate) mod gait_correction;
 pub mod health_monitor;
+pub(crate) mod health_settings;
 pub(crate) mod navigator;
 pub(crate) mod stages;
 pub(crate) mod start_up;

@@ -56,6 +56,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(live_detector, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_names, module)?)?;
+    module.add_function(wrap_pyfunction!(settings_schema, module)?)?;
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
@@ -97,6 +98,12 @@ fn live_detector() -> PyResult<String> {
 #[pyfunction]
 fn preset_names() -> Vec<&'static str> {
     PRESETS.to_vec()
+}
+
+/// Every setting with its type, default, unit, limits and meaning, section by section, as JSON.
+#[pyfunction]
+fn settings_schema() -> PyResult<String> {
+    to_json(&Config::schema())
 }
 
 /// Raises `ConfigError` for settings that make no sense.
@@ -149,7 +156,7 @@ fn detect<'py>(
     Ok(columns)
 }
 
-/// Lets an interrupt from the check_signals end the work of the main thread.
+/// Lets an interrupt end the work of the main thread.
 #[expect(
     clippy::redundant_closure_for_method_calls,
     reason = "the method itself is not general enough"

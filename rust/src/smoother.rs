@@ -31,4 +31,5 @@ pub(crate) mod backward_state;
 pub(crate) mod fixed_interval;
 pub(crate) mod fixed_lag;
 pub(crate) mod segment;
+pub(crate) mod settings;
 pub(crate) mod smoother;

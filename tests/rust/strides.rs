@@ -93,8 +93,8 @@ fn strides_go_from_row_to_row_of_the_track_that_comes_out() {
     let kinds = [
         (SmootherKind::Rts, CorrectionKind::None),
         (SmootherKind::Stepwise, CorrectionKind::None),
-        (SmootherKind::None, CorrectionKind::Lwi),
-        (SmootherKind::None, CorrectionKind::Rv),
+        (SmootherKind::None, CorrectionKind::LinearlyWeighted),
+        (SmootherKind::None, CorrectionKind::ResidualVelocity),
     ];
     for (smoother, correction) in kinds {
         let mut config = step_by_step.clone();

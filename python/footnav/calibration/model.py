@@ -14,7 +14,7 @@ from footnav.config_file import load_settings, save_settings
 from footnav.errors import ConfigError, DataError
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.section import Section, encode
+from footnav.settings import Settings, encode
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -26,7 +26,7 @@ RANGE_TOLERANCE = 0.01
 """Relative difference of two full scales that mean the same: g is rounded in more than one way."""
 
 
-class TemperatureModel(Section, frozen=True, kw_only=True):
+class TemperatureModel(Settings, frozen=True, kw_only=True):
     """How bias and scale of a sensor follow the temperature of its die.
 
     Both are polynomials of T - `reference` without a constant term.
@@ -62,7 +62,7 @@ class TemperatureModel(Section, frozen=True, kw_only=True):
     residual: float = 0.0
 
 
-class Triad(Section, frozen=True, kw_only=True):
+class Triad(Settings, frozen=True, kw_only=True):
     """Correction M (raw - b) of the three axes of one sensor; the unit u is m/s², rad/s or T.
 
     Attributes
@@ -151,7 +151,7 @@ class _Correction(msgspec.Struct):
     bias: Vector
 
 
-class SensorCalibration(Section, frozen=True, kw_only=True):
+class SensorCalibration(Settings, frozen=True, kw_only=True):
     """The calibration of the sensors of one device.
 
     Attributes

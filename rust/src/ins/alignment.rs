@@ -14,13 +14,89 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
-use crate::config::{AlignmentConfig, Axis, Levelling};
-use crate::error::DataError;
+use crate::error::{ConfigError, DataError};
 pub(crate) use crate::ins::rest::BlockState as Gathered;
 use crate::ins::rest::{RestDetector, RestLimits};
 use crate::ins::strapdown::Strapdown;
+use crate::limits::Limits;
 use crate::math::rotation;
+use crate::settings::{choices, settings};
 use crate::types::sample::ImuSample;
+
+choices! {
+    /// Form of the levelling equations.
+    pub enum Levelling {
+        /// Two-argument arctangents: valid in any mounting, upside down too.
+        Arctangent = "arctangent",
+        /// Arcsines (Wu et al., eq. 1): for a sensor mounted within 90 degrees of upright.
+        Arcsine = "arcsine",
+    }
+}
+
+choices! {
+    /// An axis of the sensor.
+    pub enum Axis {
+        /// Along x.
+        X = "x",
+        /// Along y.
+        Y = "y",
+        /// Along z.
+        Z = "z",
+        /// Against x.
+        MinusX = "-x",
+        /// Against y.
+        MinusY = "-y",
+        /// Against z.
+        MinusZ = "-z",
+    }
+}
+
+settings! {
+    /// The start of the walk.
+    pub struct AlignmentConfig: "alignment", also has_one_heading {
+        /// Longest rest that is averaged; a walk that starts sooner is aligned on a shorter one.
+        duration: f64 = 1.0, "s", Limits::Positive;
+        /// Form of the levelling equations.
+        levelling: Levelling = Levelling::Arctangent;
+        /// Heading of `forward_axis` at the start, clockwise from true north.  Without it and
+        /// without a magnetic field, n x is the direction of `forward_axis`.
+        heading_deg: Option<f64> = None, "degrees", Limits::Between(-360.0, 360.0);
+        /// Magnetic field at the start in the sensor frame, in any unit; gives the heading instead
+        /// of `heading_deg`.
+        magnetic_field: Option<[f64; 3]> = None, "", Limits::Finite;
+        /// Declination of the magnetic field, east of true north.
+        declination_deg: f64 = 0.0, "degrees", Limits::Between(-180.0, 180.0);
+        /// Axis of the sensor that the heading refers to.
+        forward_axis: Axis = Axis::X;
+        /// Largest standard deviation of the specific force at rest.
+        rest_accel_std: f64 = 0.25, "m/s²", Limits::Positive;
+        /// Largest standard deviation of the angular rate at rest.
+        rest_gyro_std: f64 = 0.06, "rad/s", Limits::Positive;
+        /// Longest rest after that over which the filter levels finely before the walk begins (Wu
+        /// et al.).
+        fine_duration: f64 = 0.0, "s", Limits::NonNegative;
+        /// Standard deviation of the gyroscope's bias after `duration` of rest, in addition to the
+        /// measured sway of the foot.
+        gyro_bias_std: f64 = 1.0e-3, "rad/s", Limits::Positive;
+        /// Standard deviation of roll and pitch in addition to the effect of the accelerometer's
+        /// bias.
+        tilt_std: f64 = 0.01, "rad", Limits::Positive;
+        /// Standard deviation of the heading; zero when the heading only defines the direction of
+        /// n x.
+        heading_std_deg: f64 = 0.0, "degrees", Limits::Between(0.0, 180.0);
+    }
+}
+
+impl AlignmentConfig {
+    fn has_one_heading(&self) -> Result<(), ConfigError> {
+        if self.heading_deg.is_some() && self.magnetic_field.is_some() {
+            return Err(ConfigError::Inconsistent(
+                "alignment.heading_deg and alignment.magnetic_field both give the heading: keep one of them".into(),
+            ));
+        }
+        Ok(())
+    }
+}
 
 /// Length of a block of rest, s.
 const BLOCK: f64 = 0.1;

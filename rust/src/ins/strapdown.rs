@@ -14,31 +14,29 @@
 //! - Wang, Liu, Sun, Cai, Cheng, Electronics 8(12):1405, 2019: eq. 1 (first-order form).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
 
 use crate::math::rotation_kernels;
 use crate::math::simd::{Baseline, Simd};
+use crate::settings::choices;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
 
 /// Number of nominal intervals for which a sample is held, at most.
 pub const MAX_HOLD: f64 = 1.5;
 
-/// How increments become attitude, velocity and position.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum MechanizationKind {
-    /// Coning and sculling compensated with the increments of two successive samples (Wu et al.).
-    #[default]
-    TwoSample,
-    /// Rate and specific force taken as constant over the interval; rotation compensated, coning
-    /// and sculling not.
-    SingleSample,
-    /// C = C (I + ΩT), v += (C f + g) T, p += v T + (C f + g) T²/2 with the new v, as printed (Wang
-    /// et al. 2019, eq. 1); the attitude is made orthonormal again after each step, and the Earth
-    /// does not turn it.
-    FirstOrder,
+choices! {
+    /// How increments become attitude, velocity and position.
+    pub enum MechanizationKind {
+        /// Coning and sculling compensated with the increments of two successive samples (Wu et
+        /// al.).
+        TwoSample = "two-sample",
+        /// Angular rate and specific force constant over the interval: rotation compensated, coning
+        /// and sculling not.
+        SingleSample = "single-sample",
+        /// First-order form as published (Wang et al. 2019, eq. 1); the attitude is
+        /// orthonormalized after each step, and Earth rate is not part of it.
+        FirstOrder = "first-order",
+    }
 }
 
 /// The sensor increments of one interval.

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -29,10 +30,12 @@ from footnav import (
     _core,
     load_config,
 )
+from footnav.detectors import Detector
 from footnav.errors import ConfigError, FootnavError
+from footnav.settings import by_kind
 
 PRESETS = ("mpu6050", "mti-g710", "stim300", "ngimu", "vn100")
-DETECTORS = {"adaptive-shoe": AdaptiveShoe, "shoe": Shoe, "magnitude-variance": MagnitudeVariance}
+DETECTORS = by_kind(get_args(Detector))
 SECTIONS = {
     name: type(getattr(Config(), name)) for name in Config.__struct_fields__ if name != "detector"
 }

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -31,20 +32,11 @@ from footnav import (
     load_config,
     track,
 )
+from footnav.detectors import Detector
 from footnav.errors import ConfigError
+from footnav.settings import by_kind
 
-DETECTORS = {
-    "adaptive-shoe": AdaptiveShoe(),
-    "shoe": Shoe(),
-    "magnitude-variance": MagnitudeVariance(),
-    "windowed-energies": WindowedEnergies(),
-    "magnitude-debounced": MagnitudeDebounced(),
-    "three-condition": ThreeCondition(),
-    "angular-rate-energy": AngularRateEnergy(),
-    "moving-variance": MovingVariance(),
-    "acceleration-magnitude": AccelerationMagnitude(),
-    "graph-theoretic": GraphTheoretic(),
-}
+DETECTORS = {kind: settings() for kind, settings in by_kind(get_args(Detector)).items()}
 WINDOWED = [
     detector for detector in DETECTORS.values() if not isinstance(detector, MagnitudeDebounced)
 ]
