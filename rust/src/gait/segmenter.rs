@@ -1,4 +1,4 @@
-//! Finds strides row by row, in the order in which the rows come.
+//! Segmentation of a stream of navigation states into strides.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,34 +14,34 @@ use crate::gait::stride::Stride;
 use crate::math::simd::Simd;
 use crate::types::nav_state::NavState;
 
-/// Time after the first sample of a stance within which a stride arrives, and before the last one
-/// within which the next departs, µs.
+/// Length of the window after the start of a stance that contains the arrival, and of the window
+/// before its end that contains the departure, µs.
 const WINDOW: f64 = 500_000.0;
 
-/// Finds where the foot arrives and departs.
+/// Finds the arrival and the departure of each stance.
 ///
-/// Which sample a stride departs from is known when the stance is over, but its errors must be
-/// cloned when they are there.  So a rest is cut into pieces of half the window, and the flattest
-/// samples of the running piece and of the one before are kept: the departure is the flatter of the
-/// two.  In a stance shorter than the window it is the sample of the arrival, so that one stride
-/// starts where the one before ended.
+/// The departure is determined at the end of the stance, but its errors must be cloned at its own
+/// epoch.  A rest is therefore divided into intervals of half the window, and the samples of
+/// minimum angular rate of the current and of the previous interval are kept; the departure is the
+/// one of the lower rate.  In a stance shorter than the window it is also the arrival, so the next
+/// stride starts where the previous one ended.
 #[derive(Clone, Debug)]
 pub(crate) struct Segmenter {
     forward: Vector3<f64>,
     merger: StanceMerger,
     row: usize,
-    before: Option<NavState>,
-    /// Where the stance before was left; gone when no stride can start there any more.
+    previous: Option<NavState>,
+    /// Departure of the previous stance; none once no stride can start there.
     departure: Option<Anchor>,
     stance: Option<Stance>,
 }
 
-/// A row, and how well it is known.
+/// A row with the covariance of its errors.
 struct Sample<'a> {
     row: usize,
     state: &'a NavState,
-    /// Measure of the turn since the row before.
-    turning: f64,
+    /// Measure of the angular rate since the previous row, see [`rate_measure`].
+    rate_measure: f64,
     covariance: Option<&'a Covariance>,
 }
 
@@ -50,47 +50,47 @@ struct Sample<'a> {
 struct Anchor {
     row: usize,
     state: NavState,
-    turning: f64,
+    rate_measure: f64,
     errors: Option<ClonedErrors>,
 }
 
-/// A stride that ends at the flattest sample so far.
+/// A stride that ends at the sample of minimum angular rate so far.
 #[derive(Clone, Debug)]
 struct Arrival {
     stride: Stride,
-    turning: f64,
+    rate_measure: f64,
 }
 
-/// A stance that is not over.
+/// The current stance.
 #[derive(Clone, Debug)]
 struct Stance {
     /// Stamp of the first sample, s.
-    began: f64,
-    /// Gone when it was handed out.
+    start: f64,
+    /// None once the stride has been returned.
     arrival: Option<Arrival>,
-    /// Flattest sample of the piece before.
-    if_current: Option<Anchor>,
-    /// Flattest sample of the running piece.
-    newest: Anchor,
-    /// Stamp of the first sample of the running piece, s.
-    piece_began: f64,
+    /// Sample of minimum angular rate in the previous interval.
+    previous: Option<Anchor>,
+    /// Sample of minimum angular rate in the current interval.
+    current: Anchor,
+    /// Stamp of the first sample of the current interval, s.
+    interval_start: f64,
 }
 
 impl Segmenter {
-    /// Headings are those of the axis `forward` of the sensor frame.
+    /// The heading is that of the axis `forward` of the sensor frame.
     pub(crate) fn new(forward: Vector3<f64>) -> Self {
         Self {
             forward,
             merger: StanceMerger::default(),
             row: 0,
-            before: None,
+            previous: None,
             departure: None,
             stance: None,
         }
     }
 
-    /// Takes the next row, with the covariance of its errors if there is one; returns the stride
-    /// that is known by now.
+    /// Processes the next row, with the covariance of its errors if available; returns the stride
+    /// that is completed by it.
     pub(crate) fn push(
         &mut self,
         state: &NavState,
@@ -98,29 +98,30 @@ impl Segmenter {
         covariance: Option<&Covariance>,
     ) -> Option<Stride> {
         let event = self.merger.push(state.time, rests);
-        let left = if event.ends { self.finish() } else { None };
-        let turning = self.before.map_or(f64::INFINITY, |before| turning(&before, state));
-        let sample = Sample { row: self.row, state, turning, covariance };
-        self.before = Some(*state);
+        let completed = if event.ends { self.finish() } else { None };
+        let rate_measure =
+            self.previous.map_or(f64::INFINITY, |previous| rate_measure(&previous, state));
+        let sample = Sample { row: self.row, state, rate_measure, covariance };
+        self.previous = Some(*state);
         self.row += 1;
         if event.begins {
             self.begin_stance(&sample);
-            left
+            completed
         } else if rests {
             self.extend_stance(&sample)
         } else {
-            left
+            completed
         }
     }
 
-    /// Ends the stance, or the data; returns the stride that ended in it.
+    /// Ends the current stance, also at the end of the data; returns the stride that ends in it.
     pub(crate) fn finish(&mut self) -> Option<Stride> {
         let stance = self.stance.take()?;
         self.departure = Some(stance.departure());
         stance.arrival.map(|arrival| arrival.stride)
     }
 
-    /// The errors are known from here on; where the foot stood until now they were the same.
+    /// Starts the covariance of the errors; in the stance up to here the errors were the same.
     pub(crate) fn begin(&mut self, covariance: &Covariance) {
         self.anchors().for_each(|anchor| anchor.errors = Some(ClonedErrors::of(covariance)));
     }
@@ -133,26 +134,26 @@ impl Segmenter {
 
     fn begin_stance(&mut self, sample: &Sample<'_>) {
         self.stance = Some(Stance {
-            began: sample.state.time,
+            start: sample.state.time,
             arrival: self
                 .departure
                 .as_ref()
                 .map(|departure| departure.arrive(sample, &self.forward)),
-            if_current: None,
-            newest: Anchor::at(sample),
-            piece_began: sample.state.time,
+            previous: None,
+            current: Anchor::at(sample),
+            interval_start: sample.state.time,
         });
     }
 
     fn extend_stance(&mut self, sample: &Sample<'_>) -> Option<Stride> {
         let stance = self.stance.as_mut()?;
-        stance.depart(sample);
-        if microseconds(sample.state.time - stance.began) >= WINDOW {
+        stance.update_departure(sample);
+        if microseconds(sample.state.time - stance.start) >= WINDOW {
             self.departure = None;
             return stance.arrival.take().map(|arrival| arrival.stride);
         }
         if let (Some(departure), Some(arrival)) = (&self.departure, &mut stance.arrival)
-            && sample.turning < arrival.turning
+            && sample.rate_measure < arrival.rate_measure
         {
             *arrival = departure.arrive(sample, &self.forward);
         }
@@ -162,7 +163,7 @@ impl Segmenter {
     fn anchors(&mut self) -> impl Iterator<Item = &mut Anchor> {
         let stance = self.stance.iter_mut();
         self.departure.iter_mut().chain(
-            stance.flat_map(|stance| stance.if_current.iter_mut().chain([&mut stance.newest])),
+            stance.flat_map(|stance| stance.previous.iter_mut().chain([&mut stance.current])),
         )
     }
 
@@ -173,11 +174,11 @@ impl Segmenter {
 
 impl Anchor {
     fn at(sample: &Sample<'_>) -> Self {
-        let &Sample { row, state, turning, covariance } = sample;
-        Self { row, state: *state, turning, errors: covariance.map(ClonedErrors::of) }
+        let &Sample { row, state, rate_measure, covariance } = sample;
+        Self { row, state: *state, rate_measure, errors: covariance.map(ClonedErrors::of) }
     }
 
-    /// The stride from here to a later sample.
+    /// The stride from this anchor to a later sample.
     fn arrive(&self, there: &Sample<'_>, forward: &Vector3<f64>) -> Arrival {
         let stride = Stride::between((self.row, there.row), &self.state, there.state, forward);
         let stride = match (&self.errors, there.covariance) {
@@ -188,39 +189,39 @@ impl Anchor {
             ),
             _ => stride,
         };
-        Arrival { stride, turning: there.turning }
+        Arrival { stride, rate_measure: there.rate_measure }
     }
 }
 
 impl Stance {
-    /// The next stride may depart from `sample`.
-    fn depart(&mut self, sample: &Sample<'_>) {
-        let elapsed = microseconds(sample.state.time - self.piece_began);
+    /// Takes `sample` as a candidate for the departure of the next stride.
+    fn update_departure(&mut self, sample: &Sample<'_>) {
+        let elapsed = microseconds(sample.state.time - self.interval_start);
         if elapsed >= 0.5 * WINDOW {
-            let before = std::mem::replace(&mut self.newest, Anchor::at(sample));
-            self.if_current = (elapsed < WINDOW).then_some(before);
-            self.piece_began = sample.state.time;
-        } else if sample.turning < self.newest.turning {
-            self.newest = Anchor::at(sample);
+            let last = std::mem::replace(&mut self.current, Anchor::at(sample));
+            self.previous = (elapsed < WINDOW).then_some(last);
+            self.interval_start = sample.state.time;
+        } else if sample.rate_measure < self.current.rate_measure {
+            self.current = Anchor::at(sample);
         }
     }
 
-    /// The flatter of the two; the earlier one if they are alike.
+    /// The anchor of the lower angular rate; the earlier one if they are equal.
     fn departure(&self) -> Anchor {
-        let flattest = |if_current: &&Anchor| if_current.turning <= self.newest.turning;
-        self.if_current.as_ref().filter(flattest).unwrap_or(&self.newest).clone()
+        let lower = |previous: &&Anchor| previous.rate_measure <= self.current.rate_measure;
+        self.previous.as_ref().filter(lower).unwrap_or(&self.current).clone()
     }
 
     fn touches(&self, row: usize) -> bool {
-        self.newest.row == row
-            || self.if_current.as_ref().is_some_and(|anchor| anchor.row == row)
+        self.current.row == row
+            || self.previous.as_ref().is_some_and(|anchor| anchor.row == row)
             || self.arrival.as_ref().is_some_and(|arrival| arrival.stride.touches(row))
     }
 }
 
-/// How fast the foot turned between two states: the square of the sine of half the angle over the
-/// time, 1/s²; infinite where it cannot be told.
-fn turning(before: &NavState, after: &NavState) -> f64 {
+/// Measure of the angular rate between two states: `sin²(angle / 2) / dt²`, 1/s²; infinite where it
+/// is undefined.
+fn rate_measure(before: &NavState, after: &NavState) -> f64 {
     let dt = after.time - before.time;
     let turn = before.attitude.inverse() * after.attitude;
     let squared = turn.imag().norm_squared() / (dt * dt);

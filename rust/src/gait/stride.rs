@@ -1,39 +1,39 @@
-//! One stride: where it went, and how well that is known.
+//! One stride: displacement, heading change and their covariance.
 
 use nalgebra::{Matrix4, UnitQuaternion, Vector3};
 
 use crate::math::rotation;
 use crate::types::nav_state::NavState;
 
-/// Way below which the foot shuffled on the spot, m.
-const SHORTEST: f64 = 0.05;
-/// The axis that a heading belongs to when nobody says another one.
+/// Minimum displacement of a stride, m; anything less is a shuffle in place.
+const MIN_DISPLACEMENT: f64 = 0.05;
+/// The default forward axis of the sensor.
 pub(crate) const SENSOR_X: Vector3<f64> = Vector3::new(1.0, 0.0, 0.0);
 
-/// The way of the foot from one stance to the next.
+/// The displacement and rotation of the foot from one stance to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stride {
-    /// Row in which it starts, counted over all solutions.
+    /// Row of the start, counted over all solutions.
     pub start_row: usize,
-    /// Row in which it ends.
+    /// Row of the end.
     pub end_row: usize,
     /// Stamp of the start, s.
     pub start: f64,
     /// Stamp of the end, s.
     pub end: f64,
-    /// From start to end in n, m.
+    /// Displacement from start to end in n, m.
     pub displacement: Vector3<f64>,
     /// Heading of the foot at the start, rad, anticlockwise from n x.
     pub start_heading: f64,
-    /// Turn of the foot about the vertical, rad within (-π, π], positive to the left.
+    /// Rotation of the foot about the vertical, rad within (-π, π], positive to the left.
     pub heading_change: f64,
-    /// Covariance of displacement (m) and change of heading (rad) in the frame of the start
-    /// heading; none for a track without a filter.
+    /// Covariance of displacement (m) and heading change (rad) in the frame of the start heading;
+    /// none for a track without a filter.
     pub covariance: Option<Matrix4<f64>>,
 }
 
 impl Stride {
-    /// Measures the way between two rows.
+    /// The stride between the states of two rows.
     pub(crate) fn between(
         rows: (usize, usize),
         start: &NavState,
@@ -47,12 +47,12 @@ impl Stride {
             end: end.time,
             displacement: end.position - start.position,
             start_heading: wrapped(rotation::yaw_and_elevation(&start.attitude, forward).0),
-            heading_change: turn_about_up(&start.attitude, &end.attitude),
+            heading_change: heading_change(&start.attitude, &end.attitude),
             covariance: None,
         }
     }
 
-    /// The same stride between states that were improved since it was found.
+    /// The same stride between states that have been smoothed since.
     pub(crate) fn measured_again(
         &self,
         start: &NavState,
@@ -63,8 +63,8 @@ impl Stride {
         Self { covariance, ..Self::between((self.start_row, self.end_row), start, end, forward) }
     }
 
-    /// Adds the covariance, given those of the pose errors at both ends and of the errors at the
-    /// end with those at the start.
+    /// Adds the covariance, from the pose covariances at both ends and the cross-covariance of end
+    /// and start.
     pub(crate) fn with_covariance(
         self,
         start: &Matrix4<f64>,
@@ -82,27 +82,28 @@ impl Stride {
         Self { covariance: Some(0.5 * (covariance + covariance.transpose())), ..self }
     }
 
-    /// Whether it is more than a shuffle on the spot.
+    /// Whether the displacement exceeds a shuffle in place.
     #[must_use]
     pub fn is_displaced(&self) -> bool {
-        let way = &self.displacement;
-        way.x.hypot(way.y) >= SHORTEST || way.z.abs() >= SHORTEST
+        let displacement = &self.displacement;
+        displacement.x.hypot(displacement.y) >= MIN_DISPLACEMENT
+            || displacement.z.abs() >= MIN_DISPLACEMENT
     }
 
-    /// Whether it starts or ends in `row`.
+    /// Whether the stride starts or ends in `row`.
     pub(crate) fn touches(&self, row: usize) -> bool {
         self.start_row == row || self.end_row == row
     }
 }
 
-/// Vertical part of the rotation between two attitudes, rad within (-π, π], whichever way the
-/// sensor sits on the shoe: with q = after before⁻¹, `2 atan2(q_z, q_w)`.
-fn turn_about_up(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>) -> f64 {
+/// Rotation about the vertical between two attitudes, rad within (-π, π], for any mounting of the
+/// sensor: `2 atan2(q_z, q_w)` of q = after before⁻¹.
+fn heading_change(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>) -> f64 {
     let turn = after * before.inverse();
     wrapped(2.0 * turn.k.atan2(turn.w))
 }
 
-/// The angle within (-π, π].
+/// The angle wrapped to (-π, π].
 fn wrapped(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     PI - (PI - angle).rem_euclid(TAU)
@@ -142,10 +143,10 @@ mod tests {
         stride.with_covariance(&part(0, 0), &part(4, 4), &part(4, 0))
     }
 
-    /// What the covariance is about.
+    /// Displacement and heading change in the frame of the stride.
     fn local(ends: &Ends) -> Vector4<f64> {
-        let way = ends.fixed_rows::<3>(4) - ends.fixed_rows::<3>(0);
-        (rotation::about_up(-ends[3]) * way).push(ends[7] - ends[3])
+        let displacement = ends.fixed_rows::<3>(4) - ends.fixed_rows::<3>(0);
+        (rotation::about_up(-ends[3]) * displacement).push(ends[7] - ends[3])
     }
 
     fn covariance(stride: &Stride) -> Matrix4<f64> {
@@ -154,7 +155,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_covariance_is_that_of_the_linearized_displacement(ends in ends(), p in covariances()) {
+        fn covariance_equals_that_of_the_linearized_displacement(
+            ends in ends(), p in covariances(),
+        ) {
             let mut jacobian = SMatrix::<f64, 4, 8>::zeros();
             for k in 0..8 {
                 let mut nudge = Ends::zeros();
@@ -168,8 +171,9 @@ mod tests {
         }
 
         #[test]
-        fn turning_and_shifting_the_map_changes_nothing_in_the_frame_of_the_stride(
-            ends in ends(), p in covariances(), angle in -3.0..3.0, shift in [-9.0..9.0, -9.0..9.0, -9.0..9.0],
+        fn covariance_is_invariant_to_rotation_and_translation_of_n(
+            ends in ends(), p in covariances(), angle in -3.0..3.0,
+            shift in [-9.0..9.0, -9.0..9.0, -9.0..9.0],
         ) {
             let turn = *rotation::about_up(angle).to_rotation_matrix().matrix();
             let mut both = Dense::identity();
@@ -181,13 +185,15 @@ mod tests {
                 moved[first + 3] += angle;
             }
             let (here, there) = (stride(&ends, &p), stride(&moved, &(both * p * both.transpose())));
-            prop_assert!((covariance(&here) - covariance(&there)).norm() < 1e-10 * (1.0 + p.norm()));
-            prop_assert!((turn * here.displacement - there.displacement).norm() < 1e-12 * (1.0 + moved.norm()));
+            let difference = covariance(&here) - covariance(&there);
+            prop_assert!(difference.norm() < 1e-10 * (1.0 + p.norm()));
+            let shift = turn * here.displacement - there.displacement;
+            prop_assert!(shift.norm() < 1e-12 * (1.0 + moved.norm()));
         }
     }
 
     #[test]
-    fn errors_that_both_ends_share_cancel() {
+    fn common_errors_of_both_ends_cancel() {
         let ends = Ends::from_column_slice(&[3.0, -2.0, 1.0, 0.4, 3.0, -2.0, 1.0, 1.4]);
         let p = Dense::repeat(4.0);
         assert!(covariance(&stride(&ends, &p)).norm() < 1e-14);

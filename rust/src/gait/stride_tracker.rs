@@ -1,5 +1,5 @@
-//! Strides of a stream: found where the filter is, measured between the solutions that come out,
-//! which a smoother may hold back and improve.
+//! Strides of a stream: detected at the filter's newest row, computed from the output solutions,
+//! which a smoother may delay and change.
 
 use std::collections::VecDeque;
 
@@ -12,84 +12,83 @@ use crate::gait::stride::Stride;
 use crate::types::nav_state::NavState;
 use crate::types::solution::Solution;
 
-/// The strides, from the filter's pass to the user.
+/// Tracks strides from detection in the filter to output.
 #[derive(Clone, Debug)]
 pub(crate) struct StrideTracker {
     forward: Vector3<f64>,
     segmenter: Segmenter,
-    /// Found, but a solution that they end at has not come out.
-    found: VecDeque<Stride>,
-    /// Solutions that came out and at which a stride may start or end, with their rows.
+    /// Detected strides whose end has not been output.
+    pending: VecDeque<Stride>,
+    /// Output solutions at which a stride may start or end, with their rows.
     ends: Vec<(usize, NavState)>,
-    /// Number of solutions that came out.
-    out: usize,
-    /// StrideTracker, and not handed out.
+    /// Number of output solutions.
+    output_rows: usize,
+    /// Completed strides that have not been taken.
     ready: Vec<Stride>,
 }
 
 impl StrideTracker {
-    /// Headings are those of the axis `forward` of the sensor frame.
+    /// The heading is that of the axis `forward` of the sensor frame.
     pub(crate) fn new(forward: Vector3<f64>) -> Self {
         Self {
             forward,
             segmenter: Segmenter::new(forward),
-            found: VecDeque::new(),
+            pending: VecDeque::new(),
             ends: Vec::new(),
-            out: 0,
+            output_rows: 0,
             ready: Vec::new(),
         }
     }
 
-    /// Where the filter takes down its steps.
+    /// Recorder of the filter's steps, for the cloned errors.
     pub(crate) fn recorder(&mut self) -> &mut impl FilterRecorder {
         &mut self.segmenter
     }
 
-    /// The start was aligned: the filter's errors are known.
+    /// The alignment is complete: starts the covariance of the errors.
     pub(crate) fn begin(&mut self, covariance: &Covariance) {
         self.segmenter.begin(covariance);
     }
 
-    /// Takes the filter's newest solution; there is no covariance while the start is aligned.
+    /// Processes the filter's newest solution; there is no covariance during alignment.
     pub(crate) fn push(&mut self, solution: &Solution, covariance: Option<&Covariance>) {
         let stride =
             self.segmenter.push(&solution.estimate.nav, solution.zero_velocity, covariance);
-        self.find(stride);
+        self.add(stride);
     }
 
-    /// The data are over.
+    /// Ends the data.
     pub(crate) fn finish(&mut self) {
         let stride = self.segmenter.finish();
-        self.find(stride);
-        self.measure();
+        self.add(stride);
+        self.complete();
     }
 
-    /// Takes the next of the solutions that come out.
+    /// Processes the next output solution.
     pub(crate) fn on_output(&mut self, solution: &Solution) {
-        let row = self.out;
-        self.out += 1;
+        let row = self.output_rows;
+        self.output_rows += 1;
         if self.touches(row) {
             self.prune();
             self.ends.push((row, solution.estimate.nav));
         }
-        self.measure();
+        self.complete();
     }
 
-    /// Hands out the strides that were measured since the last time, shuffles on the spot among
-    /// them.
+    /// Returns the strides completed since the last call, including shuffles in place.
     pub(crate) fn take(&mut self) -> Vec<Stride> {
         std::mem::take(&mut self.ready)
     }
 
-    /// Keeps a stride; one without a covariance would end where the start is still being aligned.
-    fn find(&mut self, stride: Option<Stride>) {
-        self.found.extend(stride.filter(|stride| stride.covariance.is_some()));
+    /// Adds a detected stride; one without a covariance ends within the alignment and is dropped.
+    fn add(&mut self, stride: Option<Stride>) {
+        self.pending.extend(stride.filter(|stride| stride.covariance.is_some()));
     }
 
-    /// Measures the strides both of whose ends came out.
-    fn measure(&mut self) {
-        while self.found.front().is_some_and(|stride| stride.end_row < self.out) {
-            let Some(stride) = self.found.pop_front() else { return };
+    /// Completes the strides whose ends have both been output.
+    fn complete(&mut self) {
+        while self.pending.front().is_some_and(|stride| stride.end_row < self.output_rows) {
+            let Some(stride) = self.pending.pop_front() else { return };
             if let (Some(start), Some(end)) = (self.end(stride.start_row), self.end(stride.end_row))
             {
                 let stride = stride.measured_again(start, end, &self.forward);
@@ -102,14 +101,14 @@ impl StrideTracker {
         self.ends.iter().find(|(kept, _)| *kept == row).map(|(_, state)| state)
     }
 
-    /// Whether a stride starts or ends in `row`, or still may; the strides that were found are in
-    /// the order of their rows.
+    /// Whether a stride starts or ends in `row`, or may do so later; the pending strides are
+    /// ordered by row.
     fn touches(&self, row: usize) -> bool {
-        let mut near = self.found.iter().take_while(|stride| stride.start_row <= row);
+        let mut near = self.pending.iter().take_while(|stride| stride.start_row <= row);
         self.segmenter.touches(row) || near.any(|stride| stride.touches(row))
     }
 
-    /// Forgets the rows at which no stride can start or end any more.
+    /// Removes the rows at which no stride can start or end any more.
     fn prune(&mut self) {
         let mut ends = std::mem::take(&mut self.ends);
         ends.retain(|(row, _)| self.touches(*row));

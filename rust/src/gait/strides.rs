@@ -4,8 +4,9 @@ use crate::gait::segmenter::Segmenter;
 use crate::gait::stride::{SENSOR_X, Stride};
 use crate::types::nav_state::NavState;
 
-/// Strides of a finished track, given state and rest of each row; the heading is that of the
-/// sensor's x axis, and there is no covariance.
+/// Strides of a finished track, from the state and the detection of each row.
+///
+/// The heading is that of the sensor's x axis.  The strides have no covariance.
 pub fn strides(rows: impl IntoIterator<Item = (NavState, bool)>) -> Vec<Stride> {
     let mut segmenter = Segmenter::new(SENSOR_X);
     let mut found: Vec<Stride> =

@@ -1,17 +1,16 @@
-//! Random numbers: one stream for each cause, so that a change of one leaves the others as they
-//! were.
+//! Random numbers: one stream for each source, so a change of one leaves the others unchanged.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Largest draw that the variation of a gait uses, in standard deviations.
-const WIDEST: f64 = 2.5;
+/// Bound of the draws for the variation of a gait, in standard deviations.
+const MAX_DEVIATION: f64 = 2.5;
 
-/// What random numbers are drawn for; each has its stream.
+/// Independent random streams of one seed.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Cause {
+pub(super) enum Stream {
     Gait = 1,
     Sensor = 2,
     Clock = 3,
@@ -19,17 +18,17 @@ pub(super) enum Cause {
     GyroInstability = 5,
 }
 
-/// The generator of one cause.
-pub(super) fn stream(seed: u64, cause: Cause) -> ChaCha8Rng {
+/// The generator of a stream.
+pub(super) fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(cause as u64);
+    random.set_stream(stream as u64);
     random
 }
 
-/// The generator of another cause with the seed of `random`, from its start.
-pub(super) fn beside(random: &ChaCha8Rng, cause: Cause) -> ChaCha8Rng {
+/// The generator of another stream with the seed of `random`, from its start.
+pub(super) fn sibling(random: &ChaCha8Rng, stream: Stream) -> ChaCha8Rng {
     let mut other = ChaCha8Rng::from_seed(random.get_seed());
-    other.set_stream(cause as u64);
+    other.set_stream(stream as u64);
     other
 }
 
@@ -43,12 +42,12 @@ pub(super) fn normals(random: &mut ChaCha8Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| normal(random))
 }
 
-/// Standard normal held within 2.5 standard deviations: a foot has no tails.
+/// Standard normal, clamped to 2.5 standard deviations: the variation of a gait is bounded.
 pub(super) fn clamped_normal(random: &mut ChaCha8Rng) -> f64 {
-    normal(random).clamp(-WIDEST, WIDEST)
+    normal(random).clamp(-MAX_DEVIATION, MAX_DEVIATION)
 }
 
-/// A factor about 1 with the relative standard deviation `variation`.
+/// A factor with mean 1 and the relative standard deviation `variation`.
 pub(super) fn factor(random: &mut ChaCha8Rng, variation: f64) -> f64 {
     1.0 + variation * clamped_normal(random)
 }

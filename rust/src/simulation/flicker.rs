@@ -1,10 +1,10 @@
-//! Flicker (1/f) noise: a bias that is never quite the same, the bias instability of data sheets.
+//! Flicker (1/f) noise: the bias instability of data sheets.
 //!
-//! First-order Gauss-Markov processes of equal variance s², whose correlation times are a factor r
-//! apart, add up to a spectrum of s² / (f ln r) between the first and the last of them.  A bias
-//! instability B is the spectrum B² / (π f) (one-sided), so that s² = B² ln r / π.  With decades
-//! from 0.03 s on the Allan deviation stays within 1.5 % of sqrt(2 ln 2 / π) B = 0.664 B at
-//! averaging times from 1 s to 10,000 s, and within 6 % from 0.1 s on.
+//! The sum of first-order Gauss-Markov processes of equal variance s², whose correlation times are
+//! a factor r apart, has the spectrum s² / (f ln r) between the shortest and the longest
+//! correlation time.  A bias instability B has the one-sided spectrum B² / (π f), so s² = B² ln r /
+//! π.  With correlation times in decades from 0.03 s, the Allan deviation is within 1.5 % of sqrt(2
+//! ln 2 / π) B = 0.664 B at averaging times from 1 s to 10,000 s, and within 6 % from 0.1 s.
 //!
 //! # References
 //! - IEEE Std 952-1997, annex C.1.1: bias instability.
@@ -31,26 +31,26 @@ pub(super) struct Flicker {
 }
 
 impl Flicker {
-    /// Noise of the bias instability `instability`, as it is long after the sensor was switched on.
+    /// Stationary noise of the bias instability `instability`.
     pub(super) fn draw(instability: f64, mut random: ChaCha8Rng) -> Self {
         let std = instability * (LN_10 / PI).sqrt();
         Self { std, states: std::array::from_fn(|_| std * draw::normals(&mut random)), random }
     }
 
-    /// The noise now.
+    /// Current value of the noise.
     pub(super) fn value(&self) -> Vector3<f64> {
         self.states.iter().sum()
     }
 
-    /// Lets `dt` (s) pass.
+    /// Propagates the noise by `dt` (s).
     pub(super) fn advance(&mut self, dt: f64) {
         if self.std == 0.0 {
             return;
         }
         for (state, time) in self.states.iter_mut().zip(CORRELATION_TIMES) {
-            let kept = (-dt / time).exp();
-            *state = kept * *state
-                + self.std * (1.0 - kept.powi(2)).sqrt() * draw::normals(&mut self.random);
+            let phi = (-dt / time).exp();
+            *state = phi * *state
+                + self.std * (1.0 - phi.powi(2)).sqrt() * draw::normals(&mut self.random);
         }
     }
 }

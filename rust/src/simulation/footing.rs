@@ -1,4 +1,4 @@
-//! Where the foot comes down: the footholds along a route.
+//! Footholds along a route.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,17 +9,16 @@ use crate::simulation::draw;
 use crate::simulation::gait::Gait;
 use crate::simulation::route::{Route, Waypoint};
 
-/// Share of a whole stride that the first and the last one take, which bring the feet apart and
-/// together again.
-const HALF: f64 = 0.5;
-/// Most that the foot turns in one stride on the spot, rad.
-const WIDEST_PIVOT: f64 = 100.0 * PI / 180.0;
-/// Sideways scatter of a foothold per unit of the gait's variation, m.
-const SIDEWAYS_SCATTER: f64 = 0.3;
+/// Length of the first and the last stride, from and to standing, as a fraction of a stride.
+const END_STRIDE: f64 = 0.5;
+/// Maximum yaw change of one stride in place, rad.
+const MAX_PIVOT: f64 = 100.0 * PI / 180.0;
+/// Lateral scatter of a foothold per unit of the gait's variation, m.
+const LATERAL_SCATTER: f64 = 0.3;
 /// Scatter of a foothold's yaw per unit of the gait's variation, rad.
 const YAW_SCATTER: f64 = 1.0;
 
-/// Where and how the foot stands flat.
+/// Position and yaw of the foot in flat stance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Foothold {
     /// The sole's reference point in n, m.
@@ -35,19 +34,19 @@ pub(super) fn plan(route: &Route, gait: &Gait, random: &mut ChaCha8Rng) -> Vec<F
     let mut footholds = Vec::new();
     for run in runs(route, gait.sharpest_curve) {
         if run.lift {
-            ride(&mut footholds, &run);
+            add_lift_ride(&mut footholds, &run);
             continue;
         }
         let distances = run.distances(gait, random);
         let first = run.foothold(distances[0], gait);
-        turn_on_the_spot(&mut footholds, &first, gait.sharpest_curve);
+        turn_in_place(&mut footholds, &first, gait.sharpest_curve);
         footholds.extend(distances[1..].iter().map(|&distance| run.foothold(distance, gait)));
     }
     scatter(&mut footholds, gait.variation, random);
     footholds
 }
 
-/// A part of the route that is walked without a stop, with the distance of each corner from its
+/// A part of the route that is walked without a stop, with the distance of each waypoint from its
 /// start.
 struct Run {
     points: Vec<Vector3<f64>>,
@@ -65,17 +64,17 @@ impl Run {
     }
 
     fn push(&mut self, point: Vector3<f64>) {
-        let way = point - self.points[self.points.len() - 1];
-        self.travelled.push(self.length() + way.norm());
+        let displacement = point - self.points[self.points.len() - 1];
+        self.travelled.push(self.length() + displacement.norm());
         self.points.push(point);
     }
 
-    /// Whether `way` to a waypoint is walked without a stop after this run.
-    fn goes_on(&self, to: &Waypoint, way: &Vector3<f64>, sharpest_curve: f64) -> bool {
+    /// Whether the leg `displacement` to a waypoint continues this run without a stop.
+    fn continues(&self, to: &Waypoint, displacement: &Vector3<f64>, sharpest_curve: f64) -> bool {
         !self.lift
             && !to.lift
             && self.treads == to.tread
-            && bend(&self.last_leg(), way) <= sharpest_curve
+            && bend(&self.last_leg(), displacement) <= sharpest_curve
     }
 
     fn length(&self) -> f64 {
@@ -87,7 +86,7 @@ impl Run {
         self.points[n - 1] - self.points[n - 2]
     }
 
-    /// The point at `distance` from the start, which is held within the run.
+    /// The point at `distance` from the start, clamped to the run.
     fn at(&self, distance: f64) -> Vector3<f64> {
         let leg = self
             .travelled
@@ -98,37 +97,37 @@ impl Run {
         self.points[leg - 1].lerp(&self.points[leg], share)
     }
 
-    /// Distances of the footholds from the start of the run, the start itself included.
+    /// Distances of the footholds from the start of the run, including the start.
     fn distances(&self, gait: &Gait, random: &mut ChaCha8Rng) -> Vec<f64> {
         if self.treads {
             return self.travelled.clone();
         }
         let shares = stride_shares(self.length() / gait.stride_length, gait.variation, random);
-        let whole: f64 = shares.iter().sum();
+        let total: f64 = shares.iter().sum();
         let mut distances = vec![0.0];
         let mut walked = 0.0;
         for share in shares {
             walked += share;
-            distances.push(self.length() * walked / whole);
+            distances.push(self.length() * walked / total);
         }
         distances
     }
 
-    /// The foot looks along the chord from a stride before the foothold to a stride after it, which
-    /// rounds a bend.
+    /// The yaw is that of the chord from one stride before the foothold to one stride after it,
+    /// which smooths curves.
     fn foothold(&self, distance: f64, gait: &Gait) -> Foothold {
         let chord = self.at(distance + gait.stride_length) - self.at(distance - gait.stride_length);
         Foothold { position: self.at(distance), yaw: yaw(&chord), by_lift: false }
     }
 }
 
-/// Divides the route at sharp corners and where stairs begin and end.
+/// Divides the route at sharp corners, at both ends of stairs and at lift rides.
 fn runs(route: &Route, sharpest_curve: f64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for leg in route.waypoints.windows(2) {
-        let way = leg[1].position - leg[0].position;
+        let displacement = leg[1].position - leg[0].position;
         match runs.last_mut() {
-            Some(run) if run.goes_on(&leg[1], &way, sharpest_curve) => {
+            Some(run) if run.continues(&leg[1], &displacement, sharpest_curve) => {
                 run.push(leg[1].position);
             }
             _ => runs.push(Run::new(leg[0].position, &leg[1])),
@@ -143,16 +142,16 @@ fn stride_shares(strides: f64, variation: f64, random: &mut ChaCha8Rng) -> Vec<f
     if inner < 0.0 {
         return vec![1.0];
     }
-    let mut shares = vec![HALF];
+    let mut shares = vec![END_STRIDE];
     shares.extend(
         (0_u32..).take_while(|&k| f64::from(k) < inner).map(|_| draw::factor(random, variation)),
     );
-    shares.push(HALF);
+    shares.push(END_STRIDE);
     shares
 }
 
-/// Adds the foothold to which a lift carries the foot; one that begins with a lift looks along n x.
-fn ride(footholds: &mut Vec<Foothold>, run: &Run) {
+/// Adds the foothold at the end of a lift ride; a route that starts with a lift has zero yaw.
+fn add_lift_ride(footholds: &mut Vec<Foothold>, run: &Run) {
     let entered = Foothold { position: run.points[0], yaw: 0.0, by_lift: false };
     if footholds.is_empty() {
         footholds.push(entered);
@@ -161,9 +160,9 @@ fn ride(footholds: &mut Vec<Foothold>, run: &Run) {
     footholds.push(Foothold { position: run.points[1], by_lift: true, ..last });
 }
 
-/// Adds the footholds in place that bring the last one into the direction of `next`, which stands
-/// on the same spot.
-fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_curve: f64) {
+/// Adds the footholds that turn the last foothold in place to the yaw of `next`, which has the same
+/// position.
+fn turn_in_place(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_curve: f64) {
     let Some(&last) = footholds.last() else {
         footholds.push(*next);
         return;
@@ -172,14 +171,14 @@ fn turn_on_the_spot(footholds: &mut Vec<Foothold>, next: &Foothold, sharpest_cur
     if turn.abs() <= sharpest_curve {
         return;
     }
-    let pivots = (turn.abs() / WIDEST_PIVOT).ceil();
+    let pivots = (turn.abs() / MAX_PIVOT).ceil();
     let pivot =
         |k: u32| Foothold { yaw: last.yaw + turn * f64::from(k) / pivots, by_lift: false, ..last };
     footholds.extend((1_u32..).take_while(|&k| f64::from(k) <= pivots).map(pivot));
 }
 
-/// Moves every foothold but the first and the last a little to the side and turns it a little; a
-/// foot in a lift stays where it stands.
+/// Adds random lateral and yaw deviations to every foothold except the first and the last; a
+/// foothold in a lift keeps those of the one before.
 fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) {
     let inner = footholds.len().saturating_sub(1);
     for k in 1..footholds.len() {
@@ -192,7 +191,7 @@ fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) 
         } else if k < inner {
             let (sin, cos) = foothold.yaw.sin_cos();
             foothold.position += variation
-                * SIDEWAYS_SCATTER
+                * LATERAL_SCATTER
                 * draw::clamped_normal(random)
                 * Vector3::new(-sin, cos, 0.0);
             foothold.yaw += variation * YAW_SCATTER * draw::clamped_normal(random);
@@ -200,17 +199,17 @@ fn scatter(footholds: &mut [Foothold], variation: f64, random: &mut ChaCha8Rng) 
     }
 }
 
-/// Direction on the ground, rad, anticlockwise from n x.
-fn yaw(way: &Vector3<f64>) -> f64 {
-    way.y.atan2(way.x)
+/// Horizontal direction, rad, anticlockwise from n x.
+fn yaw(displacement: &Vector3<f64>) -> f64 {
+    displacement.y.atan2(displacement.x)
 }
 
-/// Change of direction on the ground between two legs, rad, without sign.
+/// Magnitude of the change of horizontal direction between two legs, rad.
 fn bend(leg: &Vector3<f64>, next: &Vector3<f64>) -> f64 {
     wrap(yaw(next) - yaw(leg)).abs()
 }
 
-/// The same angle between -π and π.
+/// The angle wrapped to -π..π.
 pub(super) fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
@@ -220,7 +219,7 @@ mod tests {
     use super::*;
 
     fn planned(route: &Route, gait: &Gait) -> Vec<Foothold> {
-        plan(route, gait, &mut draw::stream(1, draw::Cause::Gait))
+        plan(route, gait, &mut draw::stream(1, draw::Stream::Gait))
     }
 
     fn steady() -> Gait {
@@ -228,16 +227,16 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_way_is_two_half_strides_and_whole_ones_between() {
-        let way: Vec<f64> = planned(&Route::straight(4.0), &steady())
+    fn straight_route_has_full_strides_between_two_half_strides() {
+        let x: Vec<f64> = planned(&Route::straight(4.0), &steady())
             .iter()
             .map(|foothold| foothold.position.x)
             .collect();
-        assert_eq!(way, [0.0, 0.5, 1.5, 2.5, 3.5, 4.0]);
+        assert_eq!(x, [0.0, 0.5, 1.5, 2.5, 3.5, 4.0]);
     }
 
     #[test]
-    fn variation_leaves_the_ends_where_they_are() {
+    fn variation_keeps_the_first_and_last_footholds() {
         let gait = Gait { variation: 0.1, ..steady() };
         let footholds = planned(&Route::straight(9.0), &gait);
         let last = footholds[footholds.len() - 1];
@@ -251,12 +250,12 @@ mod tests {
     }
 
     #[test]
-    fn a_short_way_is_one_stride() {
+    fn short_route_is_one_stride() {
         assert_eq!(planned(&Route::straight(0.2), &steady()).len(), 2);
     }
 
     #[test]
-    fn an_about_turn_takes_two_strides_on_the_spot() {
+    fn half_turn_takes_two_strides_in_place() {
         let footholds = planned(&Route::out_and_back(3.0), &steady());
         let there: Vec<_> =
             footholds.iter().filter(|foothold| (foothold.position.x - 3.0).abs() < 1e-12).collect();
@@ -266,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gentle_corner_is_rounded_without_a_stop() {
+    fn gentle_corner_is_walked_without_a_stop() {
         let gait = Gait { sharpest_curve: 2.0, ..steady() };
         let footholds = planned(&Route::rectangle(4.0, 4.0), &gait);
         assert!(
@@ -276,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn on_stairs_every_foothold_lies_on_a_tread() {
+    fn footholds_on_stairs_lie_on_treads() {
         let footholds = planned(&Route::stairs(2, 8, 0.17, 0.28), &steady());
         for foothold in &footholds {
             let risers = foothold.position.z / 0.17;
@@ -286,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_lift_the_foot_stays_where_it_stands() {
+    fn lift_ride_keeps_horizontal_position_and_yaw() {
         let waypoint = |x: f64, z: f64, lift| Waypoint {
             position: Vector3::new(x, 0.0, z),
             lift,
@@ -310,12 +309,11 @@ mod tests {
     }
 
     #[test]
-    fn around_a_figure_of_eight_the_foot_keeps_turning() {
+    fn figure_of_eight_turns_by_two_full_circles() {
         let footholds = planned(&Route::figure_of_eight(40.0), &steady());
         let turned: f64 =
             footholds.windows(2).map(|pair| wrap(pair[1].yaw - pair[0].yaw).abs()).sum();
-        // The chords at the start and at the end reach over half a stride only, so a little of the
-        // two circles is missing.
+        // At both ends the chords are half as long, which shortens the total turn.
         assert!((turned - 2.0 * TAU).abs() < 0.8, "{turned}");
     }
 }

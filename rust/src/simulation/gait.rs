@@ -1,4 +1,4 @@
-//! How the foot moves: the parameters of a gait.
+//! Gait parameters.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,21 +6,21 @@ use serde::{Deserialize, Serialize};
 use crate::error::ConfigError;
 use crate::limits;
 
-/// The gait of the foot that carries the sensor, a left one.
+/// Gait of the instrumented foot, a left foot.
 ///
 /// The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole
 /// below the sensor.  The default is a walking person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gait {
-    /// Way from one foothold of the foot to its next one, m; the strides of a leg are stretched so
-    /// that they fill it.
+    /// Distance between consecutive footholds of the same foot, m; the strides are scaled to fill
+    /// the length of the path.
     pub stride_length: f64,
-    /// Time from one heel-off to the next one, s.
+    /// Time from one heel-off to the next, s.
     pub stride_duration: f64,
-    /// Share of the stride from heel strike to toe-off.
+    /// Fraction of the stride from heel strike to toe-off.
     pub stance_share: f64,
-    /// Lift of the sole in mid-swing on top of what the rolling of the foot lifts it, m.
+    /// Height of the sole in mid-swing in addition to that from the pitch of the foot, m.
     pub swing_clearance: f64,
     /// Pitch of the foot at toe-off, rad, toes up positive.
     pub heel_off_pitch: f64,
@@ -28,13 +28,13 @@ pub struct Gait {
     pub heel_strike_pitch: f64,
     /// Peak of the oscillation after heel strike, m/s².
     pub impact: f64,
-    /// How far the foot rolls inwards while it stands flat, rad.
+    /// Inward roll of the foot in flat stance, rad.
     pub stance_roll: f64,
-    /// Root mean square of the angular rate by which each axis of the foot trembles, rad/s.
+    /// RMS angular rate of the tremor about each axis, rad/s.
     pub tremor: f64,
-    /// Place of the sensor in the foot frame, m.
+    /// Position of the sensor in the foot frame, m.
     pub sensor_position: Vector3<f64>,
-    /// Rotation vector that turns the foot frame into the sensor frame b, rad.
+    /// Rotation vector from the foot frame to the sensor frame b, rad.
     pub mounting: Vector3<f64>,
     /// Time at rest before the first stride, s.
     pub rest_before: f64,
@@ -42,8 +42,8 @@ pub struct Gait {
     pub rest_after: f64,
     /// Relative standard deviation from stride to stride of length, duration, angles and impact.
     pub variation: f64,
-    /// Change of direction up to which a corner of the route is rounded while walking, rad; sharper
-    /// ones are turned on the spot.
+    /// Maximum change of direction at a corner that is walked as a curve, rad; sharper corners are
+    /// turned in place.
     pub sharpest_curve: f64,
 }
 
@@ -131,7 +131,7 @@ impl Gait {
         1.0 / self.stride_duration
     }
 
-    /// The same gait with `cadence` strides of the foot per second.
+    /// The same gait at `cadence` strides per second.
     #[must_use]
     pub fn with_cadence(self, cadence: f64) -> Self {
         Self { stride_duration: 1.0 / cadence, ..self }
@@ -146,7 +146,7 @@ impl Gait {
     /// Checks every parameter.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] with the first one that no foot can do.
+    /// [`ConfigError::OutOfRange`] with the first parameter outside its limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.validate_stride()?;
         self.validate_foot()?;

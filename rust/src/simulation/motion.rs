@@ -1,4 +1,4 @@
-//! The motion of the sensor through a whole walk.
+//! The motion of the foot over a whole walk.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -10,7 +10,7 @@ use crate::simulation::route::Route;
 use crate::simulation::stride::{FootState, Stride};
 use crate::simulation::tremor::Tremor;
 
-/// Where the foot is at any time of a walk.
+/// The motion of the foot as a function of time.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
     movements: Vec<Movement>,
@@ -18,7 +18,7 @@ pub(super) struct Motion {
     duration: f64,
 }
 
-/// What takes the foot from one foothold to the next.
+/// A movement of the foot from one foothold to the next.
 #[derive(Clone, Debug)]
 enum Movement {
     Stride(Stride),
@@ -40,12 +40,12 @@ impl Motion {
         Self { movements, tremor, duration: end + gait.rest_after }
     }
 
-    /// From the first rest to the last, s.
+    /// Duration including the rests at both ends, s.
     pub(super) fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// The foot at `time` (s); before the first movement and after the last it rests.
+    /// The foot at `time` (s); it is at rest before the first movement and after the last.
     pub(super) fn at(&self, time: f64) -> FootState {
         let tremor = self.tremor.map(|tremor| tremor.at(time));
         match self.movement(time) {
@@ -54,7 +54,7 @@ impl Motion {
         }
     }
 
-    /// Whether the foot stands flat on ground that is at rest.
+    /// Whether the foot is flat on static ground.
     pub(super) fn is_flat(&self, time: f64) -> bool {
         match self.movement(time) {
             Movement::Stride(stride) => stride.is_flat(time),
@@ -63,8 +63,8 @@ impl Motion {
     }
 
     fn movement(&self, time: f64) -> &Movement {
-        let begun = self.movements.partition_point(|movement| movement.start() <= time);
-        &self.movements[begun.saturating_sub(1)]
+        let started = self.movements.partition_point(|movement| movement.start() <= time);
+        &self.movements[started.saturating_sub(1)]
     }
 }
 

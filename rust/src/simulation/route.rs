@@ -1,4 +1,4 @@
-//! The route on the ground that a walk follows.
+//! The path of a simulated walk.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,37 +8,37 @@ use serde::{Deserialize, Serialize};
 use crate::error::ConfigError;
 use crate::limits;
 
-/// Longest route that is accepted, m.
-const LONGEST: f64 = 100_000.0;
-/// Legs in each circle of a figure of eight.
-const LEGS_OF_A_CIRCLE: u32 = 64;
-/// Level way to the foot of the stairs, m.
+/// Maximum length of a route, m.
+const MAX_LENGTH: f64 = 100_000.0;
+/// Number of legs in each circle of a figure of eight.
+const LEGS_PER_CIRCLE: u32 = 64;
+/// Length of the level path to the foot of the stairs, m.
 const APPROACH: f64 = 2.0;
 /// Length and width of a landing between two flights, m.
 const LANDING: f64 = 1.2;
-/// Risers that one foot takes in a stride.
+/// Number of risers per stride.
 const RISERS_PER_STRIDE: u32 = 2;
 
-/// One corner of a route.
+/// A waypoint of a route.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Waypoint {
-    /// Where the sole goes, n frame, m.
+    /// Position of the sole, n frame, m.
     pub position: Vector3<f64>,
-    /// Whether the way to here is a single stride onto a tread of stairs; if not, it is divided
-    /// into strides of the gait's length.
+    /// Whether the leg to this waypoint is a single stride onto a stair tread; otherwise it is
+    /// divided into strides of the gait's length.
     pub tread: bool,
-    /// Whether a lift carries the walker here, straight up or down, while the foot stands.
+    /// Whether the leg to this waypoint is a vertical lift ride with the foot standing.
     pub lift: bool,
 }
 
 /// A polyline on the ground, in n (x, y horizontal, z up).
 ///
-/// The walker sets out along the first leg.  The default is a square of 10 m.
+/// The initial heading is along the first leg.  The default is a square of 10 m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Route {
-    /// The corners in the order of the walk; the first one is the start.
+    /// The waypoints in order; the first is the start.
     pub waypoints: Vec<Waypoint>,
 }
 
@@ -49,7 +49,7 @@ impl Default for Route {
 }
 
 impl Route {
-    /// Along straight lines from one point (x, y, z in n, m) to the next.
+    /// Straight legs between points (x, y, z in n, m).
     #[must_use]
     pub fn from_waypoints(points: &[[f64; 3]]) -> Self {
         let waypoints =
@@ -57,20 +57,19 @@ impl Route {
         Self { waypoints: waypoints.collect() }
     }
 
-    /// Straight ahead along x for `length` (m).
+    /// A straight line along x of `length` (m).
     #[must_use]
     pub fn straight(length: f64) -> Self {
         Self::from_waypoints(&[[0.0; 3], [length, 0.0, 0.0]])
     }
 
-    /// Once around a square of side `side` (m), anticlockwise, back to the start.
+    /// One anticlockwise lap of a square of side `side` (m).
     #[must_use]
     pub fn square(side: f64) -> Self {
         Self::rectangle(side, side)
     }
 
-    /// Once around a rectangle of `length` along x and `width` along y (m), anticlockwise, back to
-    /// the start.
+    /// One anticlockwise lap of a rectangle of `length` along x and `width` along y (m).
     #[must_use]
     pub fn rectangle(length: f64, width: f64) -> Self {
         Self::from_waypoints(&[
@@ -82,20 +81,21 @@ impl Route {
         ])
     }
 
-    /// Along x for `length` (m), about turn, and back to the start.
+    /// A straight line along x of `length` (m), a turn in place by 180 degrees, and the same line
+    /// back.
     #[must_use]
     pub fn out_and_back(length: f64) -> Self {
         Self::from_waypoints(&[[0.0; 3], [length, 0.0, 0.0], [0.0; 3]])
     }
 
-    /// Two circles that touch at the start, the first to the left and the second to the right,
-    /// `length` (m) in all.
+    /// Two circles tangent at the start, the first to the left and the second to the right, of the
+    /// total length `length` (m).
     #[must_use]
     pub fn figure_of_eight(length: f64) -> Self {
-        let legs = f64::from(LEGS_OF_A_CIRCLE);
+        let legs = f64::from(LEGS_PER_CIRCLE);
         let radius = length / (4.0 * legs * (PI / legs).sin());
         let circle = |side: f64| {
-            (1..=LEGS_OF_A_CIRCLE).map(move |k| {
+            (1..=LEGS_PER_CIRCLE).map(move |k| {
                 let angle = TAU * f64::from(k) / legs;
                 [radius * angle.sin(), side * radius * (1.0 - angle.cos()), 0.0]
             })
@@ -105,11 +105,11 @@ impl Route {
         Self::from_waypoints(&points)
     }
 
-    /// Up a stairwell of `floors` flights of `risers` each, with a landing and an about turn
-    /// between them.
+    /// A stairwell of `floors` flights of `risers` each, with a landing and a turn by 180 degrees
+    /// between flights.
     ///
-    /// A riser is `riser` high and a tread `tread` deep (m); a negative `riser` leads down.  The
-    /// foot takes every second tread, and the last one.
+    /// `riser` is the height of a riser and `tread` the depth of a tread (m); a negative `riser`
+    /// descends.  The foot steps on every second tread and on the last.
     #[must_use]
     pub fn stairs(floors: u32, risers: u32, riser: f64, tread: f64) -> Self {
         let mut stairwell = Stairwell::at_the_foot();
@@ -128,48 +128,48 @@ impl Route {
         self.waypoints.windows(2).map(|leg| (leg[1].position - leg[0].position).norm()).sum()
     }
 
-    /// Checks that the route can be walked.
+    /// Checks that the route is valid.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] when there are fewer than two waypoints, one is not finite, a
-    /// leg that is walked has no horizontal extent, one that is ridden is not vertical, a lift
-    /// leads to a tread, or the route is longer than 100 km.
+    /// [`ConfigError::OutOfRange`] for fewer than two waypoints, a waypoint that is not finite, a
+    /// walked leg without horizontal extent, a lift ride that is not vertical or ends on a tread, or
+    /// a route longer than 100 km.
     pub fn validate(&self) -> Result<(), ConfigError> {
         const KEY: &str = "route.waypoints";
-        let refuse = |value: String, expected: &'static str| {
+        let invalid = |value: String, expected: &'static str| {
             Err(ConfigError::OutOfRange { key: KEY, value, expected: expected.into() })
         };
         if self.waypoints.len() < 2 {
-            return refuse(format!("{} waypoints", self.waypoints.len()), "at least 2 waypoints");
+            return invalid(format!("{} waypoints", self.waypoints.len()), "at least 2 waypoints");
         }
         for waypoint in &self.waypoints {
             limits::finite(KEY, waypoint.position.as_slice())?;
         }
         for (k, leg) in self.waypoints.windows(2).enumerate() {
-            let way = leg[1].position - leg[0].position;
-            if leg[1].lift && (leg[1].tread || !is_vertical(&way)) {
-                return refuse(
+            let displacement = leg[1].position - leg[0].position;
+            if leg[1].lift && (leg[1].tread || !is_vertical(&displacement)) {
+                return invalid(
                     format!("leg {k} by lift to {:?}", leg[1]),
                     "a lift straight up or down, not to a tread",
                 );
             }
-            if !leg[1].lift && way.xy().norm() == 0.0 {
-                return refuse(
+            if !leg[1].lift && displacement.xy().norm() == 0.0 {
+                return invalid(
                     format!("leg {k} without horizontal extent"),
                     "each waypoint apart from the one before it",
                 );
             }
         }
-        limits::within(KEY, self.length(), 0.0..=LONGEST, "a length of at most 100000 m")
+        limits::within(KEY, self.length(), 0.0..=MAX_LENGTH, "a length of at most 100000 m")
     }
 }
 
-/// Whether a way leads straight up or down.
-fn is_vertical(way: &Vector3<f64>) -> bool {
-    way.xy().norm() == 0.0 && way.z != 0.0
+/// Whether a displacement is vertical.
+fn is_vertical(displacement: &Vector3<f64>) -> bool {
+    displacement.xy().norm() == 0.0 && displacement.z != 0.0
 }
 
-/// Draws the waypoints of a stairwell.
+/// Builds the waypoints of a stairwell.
 struct Stairwell {
     waypoints: Vec<Waypoint>,
     position: Vector3<f64>,
@@ -180,13 +180,13 @@ impl Stairwell {
     fn at_the_foot() -> Self {
         let mut stairwell =
             Self { waypoints: Vec::new(), position: Vector3::zeros(), forward: Vector3::x() };
-        stairwell.go(Vector3::zeros(), false);
-        stairwell.go(APPROACH * Vector3::x(), false);
+        stairwell.advance(Vector3::zeros(), false);
+        stairwell.advance(APPROACH * Vector3::x(), false);
         stairwell
     }
 
-    fn go(&mut self, way: Vector3<f64>, tread: bool) {
-        self.position += way;
+    fn advance(&mut self, displacement: Vector3<f64>, tread: bool) {
+        self.position += displacement;
         self.waypoints.push(Waypoint { position: self.position, tread, lift: false });
     }
 
@@ -194,20 +194,20 @@ impl Stairwell {
         let mut left = risers;
         while left > 0 {
             let taken = left.min(RISERS_PER_STRIDE);
-            self.go(f64::from(taken) * (tread * self.forward + riser * Vector3::z()), true);
+            self.advance(f64::from(taken) * (tread * self.forward + riser * Vector3::z()), true);
             left -= taken;
         }
     }
 
     fn turn_on_landing(&mut self) {
-        self.go(LANDING * self.forward, false);
-        self.go(LANDING * Vector3::y(), false);
+        self.advance(LANDING * self.forward, false);
+        self.advance(LANDING * Vector3::y(), false);
         self.forward = -self.forward;
-        self.go(LANDING * self.forward, false);
+        self.advance(LANDING * self.forward, false);
     }
 
     fn leave(mut self) -> Route {
-        self.go(APPROACH * self.forward, false);
+        self.advance(APPROACH * self.forward, false);
         Route { waypoints: self.waypoints }
     }
 }
@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_lengths_are_as_named() {
+    fn route_constructors_give_the_requested_length() {
         for (route, length) in [
             (Route::straight(7.0), 7.0),
             (Route::square(5.0), 20.0),
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_routes_end_where_they_begin() {
+    fn closed_routes_end_at_the_start() {
         for route in [
             Route::square(5.0),
             Route::rectangle(4.0, 3.0),
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stairwell_climbs_all_its_risers_and_turns_between_flights() {
+    fn stairs_rise_by_all_risers_and_reverse_on_each_landing() {
         let route = Route::stairs(3, 9, 0.17, 0.28);
         assert_eq!(route.validate(), Ok(()));
         let end = route.waypoints[route.waypoints.len() - 1].position;
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lift_leads_straight_up_or_down() {
+    fn lift_legs_must_be_vertical_and_not_onto_a_tread() {
         let by_lift = |position: [f64; 3], tread| {
             let cabin = Waypoint { position: position.into(), tread, lift: true };
             Route { waypoints: vec![Waypoint::default(), cabin] }.validate()

@@ -1,4 +1,4 @@
-//! What a real sensor makes of the truth: bias, noise, scale, misalignment, range and resolution.
+//! Sensor error model: bias, noise, scale factor, misalignment, range and resolution.
 //!
 //! # References
 //! - `InvenSense`, "MPU-6000 and MPU-6050 Product Specification", PS-MPU-6000A-00, rev. 3.4, 2013:
@@ -14,11 +14,11 @@ use serde::{Deserialize, Serialize};
 use crate::error::ConfigError;
 use crate::limits;
 use crate::simulation::draw;
-use crate::simulation::draw::Cause;
+use crate::simulation::draw::Stream;
 use crate::simulation::flicker::Flicker;
 use crate::types::sample::ImuSample;
 
-/// Standard gravity, in which data sheets count, m/s².
+/// Standard gravity, the unit g of data sheets, m/s².
 const G: f64 = 9.806_65;
 /// One degree, rad.
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -26,15 +26,15 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const DEGREE_PER_HOUR: f64 = DEGREE / 3600.0;
 /// Square root of an hour, sqrt(s).
 const ROOT_HOUR: f64 = 60.0;
-/// Square roots of the times in which a bias walks as far as its instability, sqrt(s).
+/// Square roots of the times in which the bias random walk reaches the bias instability, sqrt(s).
 const ROOT_TEN_MINUTES: f64 = 24.494_897_427_831_78;
 const ROOT_HUNDRED_SECONDS: f64 = 10.0;
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Errors of three orthogonal axes; the unit u is m/s² or rad/s.
+/// Errors of a sensor triad; the unit u is m/s² or rad/s.
 ///
-/// A reading is `matrix * drawn matrix * truth + bias + noise`, held within the range and rounded
-/// to the resolution.  The default has no errors.
+/// A reading is `matrix * drawn matrix * truth + bias + noise`, clipped to the range and rounded to
+/// the resolution.  The default has no errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TriadErrors {
@@ -44,7 +44,7 @@ pub struct TriadErrors {
     pub bias_std: f64,
     /// Random walk of the bias, u/sqrt(s).
     pub bias_walk: f64,
-    /// Bias instability B, u: flicker noise whose Allan deviation has its floor at 0.664 B.
+    /// Bias instability B, u: flicker noise with an Allan deviation of 0.664 B.
     pub bias_instability: f64,
     /// White noise, u/sqrt(Hz): the mean over an interval of dt (s) has the standard deviation
     /// `noise_density / sqrt(dt)`.
@@ -55,7 +55,7 @@ pub struct TriadErrors {
     pub scale_std: f64,
     /// Standard deviation of the misalignment that is drawn for each pair of axes, rad.
     pub misalignment_std: f64,
-    /// Full scale in both directions, u; none when the sensor never clips.
+    /// Full scale in both directions, u; none for a sensor that does not clip.
     pub range: Option<f64>,
     /// Size of the least significant bit, u; zero for no rounding.
     pub resolution: f64,
@@ -78,7 +78,7 @@ impl Default for TriadErrors {
     }
 }
 
-/// Errors of an inertial measurement unit.  The default has none.
+/// Errors of an inertial measurement unit.  The default has no errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorErrors {
@@ -95,7 +95,7 @@ impl SensorErrors {
     /// Names of the presets.
     pub const PRESETS: [&'static str; 4] = ["ideal", "mpu6050", "mti-g710", "stim300"];
 
-    /// No errors at all.
+    /// A sensor without errors.
     #[must_use]
     pub fn ideal() -> Self {
         Self::default()
@@ -104,9 +104,10 @@ impl SensorErrors {
     /// `InvenSense` MPU-6050, an uncalibrated part, at 8 g and 1000 deg/s, 16 bits.
     ///
     /// Noise, sensitivity and cross-axis figures are from the specification, tolerances taken as
-    /// three standard deviations.  The specification bounds the biases only (20 deg/s, 50 to 80
-    /// mg); what parts at room temperature show, about 1 deg/s and 20 mg, is used.  It says nothing
-    /// of the random walk of the bias: the values are of the order of published Allan deviations.
+    /// three standard deviations.  The specification gives only bounds of the biases (20 deg/s, 50
+    /// to 80 mg); the model uses typical values at room temperature, 1 deg/s and 20 mg.  The
+    /// specification gives no bias random walk; the values are of the order of published Allan
+    /// deviations.
     #[must_use]
     pub fn mpu6050() -> Self {
         Self {
@@ -140,7 +141,7 @@ impl SensorErrors {
     ///
     /// Bias repeatability, noise densities, 0.05 deg of misalignment and g-sensitivity are from the
     /// manual of the first series; the random walk reaches the in-run stability (10 deg/h; 40 ug)
-    /// in 100 s.  The scale error is that of a careful calibration, the manual gives none.
+    /// in 100 s.  The manual gives no scale error; the value is typical of a factory calibration.
     #[must_use]
     pub fn mti_g710() -> Self {
         Self {
@@ -221,7 +222,7 @@ impl SensorErrors {
     /// Checks every parameter.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] with the first one that is negative or not finite.
+    /// [`ConfigError::OutOfRange`] with the first parameter that is negative or not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.accel.validate(&ACCEL_KEYS)?;
         self.gyro.validate(&GYRO_KEYS)?;
@@ -229,7 +230,7 @@ impl SensorErrors {
     }
 }
 
-/// The names of a triad's parameters in messages.
+/// Names of a triad's parameters in messages.
 struct Keys {
     bias: &'static str,
     bias_std: &'static str,
@@ -289,7 +290,7 @@ fn not_negative(key: &'static str, value: f64) -> Result<(), ConfigError> {
     limits::within(key, value, 0.0..=f64::MAX, "a finite number, 0 or more")
 }
 
-/// Three axes with the errors that were drawn for them.
+/// A triad with its drawn errors.
 struct Triad {
     errors: TriadErrors,
     matrix: Matrix3<f64>,
@@ -298,45 +299,45 @@ struct Triad {
 }
 
 impl Triad {
-    /// Every number is drawn whatever the standard deviations are, so that a change of one leaves
-    /// the other draws as they were.
-    fn draw(errors: &TriadErrors, instability: Cause, random: &mut ChaCha8Rng) -> Self {
+    /// Every number is drawn even where its standard deviation is zero, so a change of one
+    /// parameter leaves the other draws unchanged.
+    fn draw(errors: &TriadErrors, instability: Stream, random: &mut ChaCha8Rng) -> Self {
         let drawn = Matrix3::from_fn(|row, column| {
             let std = if row == column { errors.scale_std } else { errors.misalignment_std };
             std * draw::normal(random)
         });
-        let given = Matrix3::from_row_slice(errors.matrix.as_flattened());
+        let nominal = Matrix3::from_row_slice(errors.matrix.as_flattened());
         let bias = errors.bias + errors.bias_std * draw::normals(random);
-        let flicker = Flicker::draw(errors.bias_instability, draw::beside(random, instability));
-        Self { errors: *errors, matrix: given * (Matrix3::identity() + drawn), bias, flicker }
+        let flicker = Flicker::draw(errors.bias_instability, draw::sibling(random, instability));
+        Self { errors: *errors, matrix: nominal * (Matrix3::identity() + drawn), bias, flicker }
     }
 
-    /// The reading of an interval of `dt` (s), after which the bias has moved on.
+    /// The reading over an interval of `dt` (s); propagates the bias to the end of the interval.
     fn read(&mut self, truth: &Vector3<f64>, dt: f64, random: &mut ChaCha8Rng) -> Vector3<f64> {
         let noise = self.errors.noise_density / dt.sqrt() * draw::normals(random);
-        let reading = self.matrix * truth + self.bias_now() + noise;
+        let reading = self.matrix * truth + self.total_bias() + noise;
         self.flicker.advance(dt);
         self.bias += self.errors.bias_walk * dt.sqrt() * draw::normals(random);
         reading.map(|value| self.errors.digitize(value))
     }
 
-    fn bias_now(&self) -> Vector3<f64> {
+    fn total_bias(&self) -> Vector3<f64> {
         self.bias + self.flicker.value()
     }
 }
 
 impl TriadErrors {
     fn digitize(&self, value: f64) -> f64 {
-        let held = self.range.map_or(value, |range| value.clamp(-range, range));
+        let clipped = self.range.map_or(value, |range| value.clamp(-range, range));
         if self.resolution > 0.0 {
-            (held / self.resolution).round() * self.resolution
+            (clipped / self.resolution).round() * self.resolution
         } else {
-            held
+            clipped
         }
     }
 }
 
-/// A sensor with the errors that were drawn for it.
+/// An inertial measurement unit with its drawn errors.
 pub(super) struct Sensor {
     accel: Triad,
     gyro: Triad,
@@ -346,25 +347,25 @@ pub(super) struct Sensor {
 
 impl Sensor {
     pub(super) fn draw(errors: &SensorErrors, mut random: ChaCha8Rng) -> Self {
-        let accel = Triad::draw(&errors.accel, Cause::AccelInstability, &mut random);
-        let gyro = Triad::draw(&errors.gyro, Cause::GyroInstability, &mut random);
+        let accel = Triad::draw(&errors.accel, Stream::AccelInstability, &mut random);
+        let gyro = Triad::draw(&errors.gyro, Stream::GyroInstability, &mut random);
         let g_sensitivity =
             errors.gyro_g_sensitivity_std * Matrix3::from_fn(|_, _| draw::normal(&mut random));
         Self { accel, gyro, g_sensitivity, random }
     }
 
-    /// The bias of the next reading: gyroscopes (rad/s), accelerometers (m/s²).
+    /// Bias of the next reading: gyroscopes (rad/s), accelerometers (m/s²).
     pub(super) fn biases(&self) -> (Vector3<f64>, Vector3<f64>) {
-        (self.gyro.bias_now(), self.accel.bias_now())
+        (self.gyro.total_bias(), self.accel.total_bias())
     }
 
-    /// The reading of an interval of `dt` (s) whose true means are `truth`.
+    /// The reading over an interval of `dt` (s) with the true means `truth`.
     pub(super) fn read(&mut self, truth: &ImuSample, dt: f64) -> ImuSample {
-        let felt = self.g_sensitivity * truth.specific_force;
+        let g_error = self.g_sensitivity * truth.specific_force;
         ImuSample {
             time: truth.time,
             specific_force: self.accel.read(&truth.specific_force, dt, &mut self.random),
-            angular_rate: self.gyro.read(&(truth.angular_rate + felt), dt, &mut self.random),
+            angular_rate: self.gyro.read(&(truth.angular_rate + g_error), dt, &mut self.random),
         }
     }
 }
@@ -377,7 +378,7 @@ mod tests {
     const DT: f64 = 0.01;
 
     fn readings(errors: &SensorErrors, truth: &ImuSample, count: usize) -> Vec<ImuSample> {
-        let mut sensor = Sensor::draw(errors, draw::stream(3, draw::Cause::Sensor));
+        let mut sensor = Sensor::draw(errors, draw::stream(3, draw::Stream::Sensor));
         (0..count).map(|_| sensor.read(truth, DT)).collect()
     }
 
@@ -390,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ideal_sensor_reads_the_truth() {
+    fn ideal_sensor_has_no_errors() {
         assert!(
             readings(&SensorErrors::ideal(), &moving(), 3)
                 .iter()
@@ -399,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_has_the_density_asked_for() {
+    fn white_noise_has_the_configured_density() {
         let errors = gyro(TriadErrors { noise_density: 0.002, ..TriadErrors::default() });
         let count = 4000;
         let power: f64 = readings(&errors, &moving(), count)
@@ -411,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bias_walks_as_far_as_asked_for() {
+    fn bias_random_walk_has_the_configured_density() {
         let errors = gyro(TriadErrors { bias_walk: 0.1, ..TriadErrors::default() });
         let readings = readings(&errors, &moving(), 4001);
         let steps = readings
@@ -422,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bias_instability_is_the_floor_of_the_allan_deviation() {
+    fn bias_instability_sets_the_floor_of_the_allan_deviation() {
         let instability = 0.1;
         let errors = gyro(TriadErrors { bias_instability: instability, ..TriadErrors::default() });
         let readings = readings(&errors, &moving(), 100_000);
@@ -442,10 +443,10 @@ mod tests {
     }
 
     #[test]
-    fn an_unstable_bias_leaves_the_noise_as_it_was() {
+    fn bias_instability_leaves_the_other_draws_unchanged() {
         let noisy = TriadErrors { noise_density: 0.01, bias_walk: 0.1, ..TriadErrors::default() };
         let unstable = gyro(TriadErrors { bias_instability: 0.2, ..noisy });
-        let mut sensor = Sensor::draw(&unstable, draw::stream(3, Cause::Sensor));
+        let mut sensor = Sensor::draw(&unstable, draw::stream(3, Stream::Sensor));
         for steady in readings(&gyro(noisy), &moving(), 5) {
             let flicker = sensor.gyro.flicker.value();
             let reading = sensor.read(&moving(), DT).angular_rate;
@@ -455,14 +456,14 @@ mod tests {
     }
 
     #[test]
-    fn readings_are_clipped_and_rounded() {
+    fn readings_are_clipped_and_quantized() {
         let errors =
             gyro(TriadErrors { range: Some(2.0), resolution: 0.25, ..TriadErrors::default() });
         assert_eq!(readings(&errors, &moving(), 1)[0].angular_rate, Vector3::new(0.5, -2.0, 0.0));
     }
 
     #[test]
-    fn the_matrix_is_given_row_by_row() {
+    fn matrix_is_row_major() {
         let matrix = [[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.1]];
         let read = readings(&gyro(TriadErrors { matrix, ..TriadErrors::default() }), &moving(), 1)
             [0]
@@ -471,21 +472,21 @@ mod tests {
     }
 
     #[test]
-    fn the_gyroscopes_feel_the_specific_force() {
+    fn g_sensitivity_is_linear_in_specific_force() {
         let errors = SensorErrors { gyro_g_sensitivity_std: 0.01, ..SensorErrors::ideal() };
-        let felt = |force: [f64; 3]| {
+        let rate_error = |force: [f64; 3]| {
             readings(&errors, &ImuSample::new(0.0, force, [0.0; 3]), 1)[0].angular_rate
         };
-        assert!(felt([0.0, 0.0, 10.0]).norm() > 0.0);
-        assert!((felt([0.0, 0.0, 20.0]) - 2.0 * felt([0.0, 0.0, 10.0])).norm() < 1e-15);
+        assert!(rate_error([0.0, 0.0, 10.0]).norm() > 0.0);
+        assert!((rate_error([0.0, 0.0, 20.0]) - 2.0 * rate_error([0.0, 0.0, 10.0])).norm() < 1e-15);
     }
 
     #[test]
-    fn a_louder_sensor_has_the_same_bias() {
+    fn noise_density_does_not_change_the_bias() {
         let bias = |noise_density| {
             let errors =
                 gyro(TriadErrors { bias_std: 0.1, noise_density, ..TriadErrors::default() });
-            Sensor::draw(&errors, draw::stream(3, draw::Cause::Sensor)).biases()
+            Sensor::draw(&errors, draw::stream(3, draw::Stream::Sensor)).biases()
         };
         assert_eq!(bias(0.0), bias(0.3));
         assert!(bias(0.0).0.norm() > 0.0);

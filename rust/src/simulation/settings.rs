@@ -1,4 +1,4 @@
-//! How a walk is recorded.
+//! Sampling, mechanization and Earth model of a simulation.
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -10,19 +10,18 @@ use crate::error::ConfigError;
 use crate::ins::strapdown::{MechanizationKind, Strapdown};
 use crate::limits;
 
-/// How often and with what random numbers a walk is sampled, and the strapdown and the Earth that
-/// it is sampled for.
+/// Sample rate, timing jitter, seed, mechanization and Earth model of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulationSettings {
-    /// Samples per second, Hz.
+    /// Sample rate, Hz.
     pub rate_hz: f64,
-    /// Largest deviation of a stamp from its nominal time, in sample intervals; it is drawn evenly,
-    /// and the samples belong to the stamps as they are.
+    /// Maximum deviation of a stamp from its nominal time, in sample intervals, uniformly
+    /// distributed; the samples are those of the jittered stamps.
     pub jitter: f64,
-    /// The same seed gives the same walk.
+    /// Seed of the random streams; the same seed gives the same walk.
     pub seed: u64,
-    /// The form of the strapdown that leads from the samples back to the truth.
+    /// Form of the strapdown that reproduces the truth from the samples.
     pub kind: MechanizationKind,
     /// Magnitude of gravity, m/s²; the default is WGS-84 normal gravity at sea level and 45 degrees
     /// of latitude.
@@ -45,7 +44,7 @@ impl Default for SimulationSettings {
 }
 
 impl SimulationSettings {
-    /// The strapdown that leads from the samples back to the truth.
+    /// The strapdown that reproduces the truth from the samples.
     #[must_use]
     pub fn strapdown(&self) -> Strapdown {
         Strapdown {
@@ -59,8 +58,8 @@ impl SimulationSettings {
     /// Checks every setting.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] with the first one that makes no sense.  Jitter ends where an
-    /// interval would be long enough to count as a gap.
+    /// [`ConfigError::OutOfRange`] with the first invalid setting.  The limit of the jitter keeps
+    /// every interval shorter than a gap.
     pub fn validate(&self) -> Result<(), ConfigError> {
         limits::within("simulation.rate_hz", self.rate_hz, 20.0..=10_000.0, "20 to 10000 Hz")?;
         limits::within("simulation.jitter", self.jitter, 0.0..=0.24, "0 to 0.24 sample intervals")?;

@@ -1,20 +1,19 @@
-//! The foot is never quite still: a slow sway and a fast tremor.
+//! Residual motion of the foot: postural sway and tremor.
 
 use std::f64::consts::TAU;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::simulation::timed::Timed;
+use crate::simulation::dual::Dual;
 
-/// Bands of the movement, Hz: sway, muscle, physiological tremor.
+/// Frequency bands, Hz: postural sway, muscle tremor, physiological tremor.
 const BANDS: [(f64, f64); 3] = [(0.4, 1.5), (2.0, 5.0), (8.0, 12.0)];
 
-/// Amplitude of a band per root mean square of the whole: the square root of two, over that of the
-/// number of bands.
-const SHARE_OF_A_BAND: f64 = 0.816_496_580_927_726;
+/// Amplitude of a band per root mean square of the total: sqrt(2 / number of bands).
+const BAND_SHARE: f64 = 0.816_496_580_927_726;
 
-/// A small angle that trembles.
+/// A tremor angle: a sum of one sine wave per band.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tremor {
     waves: [Wave; BANDS.len()],
@@ -28,10 +27,9 @@ struct Wave {
 }
 
 impl Tremor {
-    /// One whose rate has the root mean square `rate` (rad/s), shared out equally between the
-    /// bands.
+    /// A tremor whose rate has the root mean square `rate` (rad/s), in equal parts over the bands.
     pub(super) fn draw(rate: f64, random: &mut ChaCha8Rng) -> Self {
-        let share = SHARE_OF_A_BAND * rate;
+        let share = BAND_SHARE * rate;
         let waves = BANDS.map(|(low, high)| {
             let frequency = TAU * random.random_range(low..high);
             Wave { amplitude: share / frequency, frequency, phase: random.random_range(0.0..TAU) }
@@ -40,9 +38,9 @@ impl Tremor {
     }
 
     /// The angle at `time` (s), rad.
-    pub(super) fn at(&self, time: f64) -> Timed {
-        self.waves.iter().fold(Timed::ZERO, |sum, wave| {
-            let angle = Timed { value: wave.frequency * time + wave.phase, rate: wave.frequency };
+    pub(super) fn at(&self, time: f64) -> Dual {
+        self.waves.iter().fold(Dual::ZERO, |sum, wave| {
+            let angle = Dual { value: wave.frequency * time + wave.phase, rate: wave.frequency };
             sum + angle.sin() * wave.amplitude
         })
     }
@@ -54,8 +52,8 @@ mod tests {
     use crate::simulation::draw;
 
     #[test]
-    fn the_rate_has_the_root_mean_square_asked_for() {
-        let tremor = Tremor::draw(0.02, &mut draw::stream(5, draw::Cause::Gait));
+    fn tremor_rate_has_the_configured_rms() {
+        let tremor = Tremor::draw(0.02, &mut draw::stream(5, draw::Stream::Gait));
         let count = 20_000;
         let power: f64 = (0..count).map(|k| tremor.at(0.01 * f64::from(k)).rate.powi(2)).sum();
         assert!(((power / f64::from(count)).sqrt() - 0.02).abs() < 2e-4);

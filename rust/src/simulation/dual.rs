@@ -1,18 +1,18 @@
-//! Quantities that carry their rate of change, so that a velocity is the true derivative of its
-//! position.
+//! Dual numbers in time: each quantity carries its rate, so a velocity is the exact derivative of
+//! its position.
 
 use std::ops::{Add, Mul, Sub};
 
 /// A quantity and its derivative with respect to time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Timed {
+pub(super) struct Dual {
     /// The quantity.
     pub(super) value: f64,
     /// Its derivative, per second.
     pub(super) rate: f64,
 }
 
-impl Timed {
+impl Dual {
     pub(super) const ZERO: Self = Self::constant(0.0);
 
     pub(super) const fn constant(value: f64) -> Self {
@@ -29,7 +29,7 @@ impl Timed {
     }
 }
 
-impl Add for Timed {
+impl Add for Dual {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -37,7 +37,7 @@ impl Add for Timed {
     }
 }
 
-impl Sub for Timed {
+impl Sub for Dual {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
@@ -45,7 +45,7 @@ impl Sub for Timed {
     }
 }
 
-impl Mul for Timed {
+impl Mul for Dual {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
@@ -56,7 +56,7 @@ impl Mul for Timed {
     }
 }
 
-impl Mul<f64> for Timed {
+impl Mul<f64> for Dual {
     type Output = Self;
 
     fn mul(self, factor: f64) -> Self {
@@ -64,14 +64,14 @@ impl Mul<f64> for Timed {
     }
 }
 
-/// A smooth rise from 0 to 1: value, slope and curvature are continuous everywhere.
+/// A smooth rise from 0 to 1 with continuous first and second derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ramp {
-    /// Where it leaves 0, s.
+    /// Time at which it leaves 0, s.
     pub(super) start: f64,
-    /// Where it arrives at 1, s.
+    /// Time at which it reaches 1, s.
     pub(super) end: f64,
-    /// From 0 for a symmetrical rise to 1 for one that hesitates at the start.
+    /// Skew: 0 for a symmetrical rise, 1 for the slowest start.
     pub(super) skew: f64,
 }
 
@@ -84,18 +84,18 @@ impl Ramp {
         Self { skew, ..self }
     }
 
-    pub(super) fn at(&self, time: f64) -> Timed {
+    pub(super) fn at(&self, time: f64) -> Dual {
         if time <= self.start {
-            return Timed::ZERO;
+            return Dual::ZERO;
         }
         if time >= self.end {
-            return Timed::constant(1.0);
+            return Dual::constant(1.0);
         }
         let scale = 1.0 / (self.end - self.start);
-        let phase = Timed { value: (time - self.start) * scale, rate: scale };
+        let phase = Dual { value: (time - self.start) * scale, rate: scale };
         let u = phase * (1.0 - self.skew) + phase * phase * self.skew;
-        // The polynomial of fifth degree whose first two derivatives vanish at both ends.
-        u * u * u * (Timed::constant(10.0) - u * 15.0 + u * u * 6.0)
+        // Quintic smoothstep: the first two derivatives vanish at both ends.
+        u * u * u * (Dual::constant(10.0) - u * 15.0 + u * u * 6.0)
     }
 }
 
@@ -104,18 +104,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ramp_rises_from_zero_to_one_and_stays_there() {
+    fn ramp_rises_from_zero_to_one_and_stays_constant_outside() {
         let ramp = Ramp::new(2.0, 4.0).skewed(0.7);
-        assert_eq!(ramp.at(1.9), Timed::ZERO);
-        assert_eq!(ramp.at(4.1), Timed::constant(1.0));
+        assert_eq!(ramp.at(1.9), Dual::ZERO);
+        assert_eq!(ramp.at(4.1), Dual::constant(1.0));
         assert!((Ramp::new(2.0, 4.0).at(3.0).value - 0.5).abs() < 1e-15);
     }
 
     #[test]
-    fn rates_are_derivatives() {
+    fn rates_equal_numerical_derivatives() {
         let ramp = Ramp::new(0.3, 1.1).skewed(0.4);
         let wave = |t: f64| {
-            let time = Timed { value: t, rate: 1.0 };
+            let time = Dual { value: t, rate: 1.0 };
             (time * 5.0).sin() * (time * -2.0).exp() * ramp.at(t) - time
         };
         let step = 1e-5;
