@@ -1,7 +1,7 @@
-//! Stance detection: is the foot on the ground and still?
+//! Stance detection: zero-velocity detectors.
 //!
-//! A detector looks at a window centred on the sample that it judges, so it answers `latency`
-//! samples late.  Where a window is not full it never says "stationary".
+//! A detector tests a window centred on the sample, so its decision has a latency of `latency`
+//! samples.  A sample whose window is not full is never stationary.
 //!
 //! # References
 //! I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, "Zero-velocity detection - an algorithm

@@ -1,15 +1,15 @@
-//! SHOE with a threshold that follows the stride.
+//! SHOE with an adaptive threshold.
 //!
-//! How still a foot gets in stance depends on the person, the gait and the sensor, by factors of a
-//! thousand; that it gets stiller there than anywhere else in the stride does not.  So a sample is
-//! stationary where its statistic is within a small factor of the least one around it, or below a
-//! noise floor that no moving foot reaches; and never above an upper bound that no standing foot
-//! reaches.
+//! The level of the statistic in stance varies by factors of a thousand with the person, the gait
+//! and the sensor, but the stance is always the minimum of the stride.  A sample is therefore
+//! stationary where its statistic is within a small factor of the local minimum, or below a noise
+//! floor that a moving foot never reaches; it is never stationary above an upper bound that a
+//! standing foot never reaches.
 //!
-//! A swing that lasts longer than the detector looks has a least statistic too.  But a stance is
-//! stiller than the swing next to it by orders of magnitude, and a pause of a slow swing is not:
-//! above the noise floor, a stationary sample's statistic must also be small against the greatest
-//! one around it.
+//! A swing longer than the search window also has a local minimum.  In stance the statistic is
+//! orders of magnitude below that of the adjacent swing; in a pause of a slow swing it is not.
+//! Above the noise floor, the statistic of a stationary sample must therefore also be small
+//! relative to the local maximum.
 
 use crate::detectors::delay::Delay;
 use crate::detectors::detector::{Decision, Detector, DetectorSettings};
@@ -51,11 +51,11 @@ settings! {
 }
 
 impl AdaptiveShoeConfig {
-    /// For a stream that must not be late by more than 0.3 s.
+    /// Settings for streaming with a latency below 0.3 s.
     ///
-    /// A quarter of a second ahead there may be no more than the end of a swing, so that the swing
-    /// which a stance is compared with is often only seen behind it; the stance must be stiller
-    /// than that by a little more.
+    /// A look-ahead of a quarter of a second contains at most the end of a swing, so a stance is
+    /// often compared with the preceding swing only; the smaller fraction of the maximum
+    /// compensates for it.
     #[must_use]
     pub fn live() -> Self {
         Self { look_ahead: 0.25, max_fraction: 0.01, ..Self::default() }
@@ -79,14 +79,14 @@ impl DetectorSettings for AdaptiveShoeConfig {
     }
 }
 
-/// SHOE whose threshold is a multiple of the statistic's minimum around the sample.
+/// SHOE with a threshold that is a multiple of the local minimum of the statistic.
 ///
-/// At both ends of the data the minimum is taken over the samples that there are.
+/// At both ends of the data the minimum is over the available samples.
 #[derive(Clone, Debug)]
 pub struct AdaptiveShoe {
     statistic: ShoeStatistic,
     around: SlidingMinMax,
-    /// Brings a statistic to the middle of what is around it.
+    /// Aligns a statistic with the sliding window around it.
     delay: Delay,
     latency_counter: LatencyCounter,
     min_factor: f64,
@@ -115,11 +115,11 @@ impl AdaptiveShoe {
         }
     }
 
-    /// Takes the next statistic; decides about the one that has come to the middle, if a sample
-    /// stands behind it.
-    #[expect(clippy::inline_always, reason = "small beside a call, once for every sample")]
+    /// Processes the next statistic; decides about the sample at the reference point of the window,
+    /// if it exists.
+    #[expect(clippy::inline_always, reason = "cheaper than a call, and called for every sample")]
     #[inline(always)]
-    fn take_in(&mut self, statistic: f64) -> Option<Decision> {
+    fn push_statistic(&mut self, statistic: f64) -> Option<Decision> {
         let around = self.around.push(statistic);
         let statistic = self.delay.push(statistic);
         self.latency_counter
@@ -128,7 +128,7 @@ impl AdaptiveShoe {
     }
 
     fn threshold(&self, around: &MinMax) -> f64 {
-        let relative = min(self.min_factor * around.least, self.max_fraction * around.greatest);
+        let relative = min(self.min_factor * around.min, self.max_fraction * around.max);
         min(max(relative, self.noise_floor), self.upper_bound)
     }
 }
@@ -140,12 +140,12 @@ impl Detector for AdaptiveShoe {
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
         let statistic = self.statistic.push(sample);
-        self.take_in(statistic)
+        self.push_statistic(statistic)
     }
 
     fn drain(&mut self) -> Option<Decision> {
         let steps = self.latency_counter.drain()?;
-        (0..steps).filter_map(|_| self.take_in(f64::NAN)).last()
+        (0..steps).filter_map(|_| self.push_statistic(f64::NAN)).last()
     }
 
     fn reset(&mut self) {
@@ -198,11 +198,11 @@ mod tests {
     }
 
     /// Statistic and threshold of sample `k` from all statistics; NaN where there is no statistic.
-    fn judged(statistics: &[f64], k: usize) -> (f64, f64) {
+    fn expected_decision(statistics: &[f64], k: usize) -> (f64, f64) {
         let around = &statistics[k.saturating_sub(BEHIND)..(k + AHEAD + 1).min(statistics.len())];
-        let least = around.iter().copied().fold(f64::NAN, f64::min);
-        let greatest = around.iter().copied().fold(f64::NAN, f64::max);
-        let relative = (CONFIG.min_factor * least).min(CONFIG.max_fraction * greatest);
+        let min = around.iter().copied().fold(f64::NAN, f64::min);
+        let max = around.iter().copied().fold(f64::NAN, f64::max);
+        let relative = (CONFIG.min_factor * min).min(CONFIG.max_fraction * max);
         let threshold = if statistics[k].is_nan() {
             f64::NAN
         } else {
@@ -211,11 +211,11 @@ mod tests {
         (statistics[k], threshold)
     }
 
-    fn alike(found: f64, expected: f64) -> bool {
+    fn agrees(found: f64, expected: f64) -> bool {
         (found.is_nan() && expected.is_nan()) || (found - expected).abs() <= 1e-9 * (1e5 + expected)
     }
 
-    /// Feet that swing and stand, of recordings shorter and longer than the detector's latency.
+    /// Recordings with swing and stance, shorter and longer than the latency of the detector.
     fn samples() -> impl Strategy<Value = Vec<ImuSample>> {
         let vibration = prop_oneof![Just(0.01), Just(0.3), Just(5.0)];
         let row = (vibration, prop::array::uniform3(-1.0..1.0), prop::array::uniform3(-1.0..1.0));
@@ -231,22 +231,23 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_sample_is_decided_by_the_statistics_around_it(samples in samples(), before in samples()) {
+        fn decisions_equal_those_of_the_whole_data(samples in samples(), before in samples()) {
             let mut detector = AdaptiveShoe::new(&CONFIG, RATE, GRAVITY);
             prop_assert_eq!(detector.latency(), HALF + AHEAD);
             for sample in &before {
                 detector.push(sample);
             }
             detector.reset();
-            let mut decisions: Vec<_> = samples.iter().filter_map(|sample| detector.push(sample)).collect();
+            let mut decisions: Vec<_> =
+                samples.iter().filter_map(|sample| detector.push(sample)).collect();
             prop_assert_eq!(decisions.len(), samples.len().saturating_sub(HALF + AHEAD));
             decisions.extend(iter::from_fn(|| detector.drain()));
             prop_assert_eq!(decisions.len(), samples.len());
             let statistics: Vec<f64> = (0..samples.len()).map(|k| statistic(&samples, k)).collect();
             for (k, found) in decisions.iter().enumerate() {
-                let (statistic, threshold) = judged(&statistics, k);
-                prop_assert!(alike(found.statistic, statistic), "{}: {:?} {}", k, found, statistic);
-                prop_assert!(alike(found.threshold, threshold), "{}: {:?} {}", k, found, threshold);
+                let (statistic, threshold) = expected_decision(&statistics, k);
+                prop_assert!(agrees(found.statistic, statistic), "{}: {:?} {}", k, found, statistic);
+                prop_assert!(agrees(found.threshold, threshold), "{}: {:?} {}", k, found, threshold);
                 prop_assert_eq!(found.stationary, found.statistic <= found.threshold);
             }
         }

@@ -1,10 +1,10 @@
-//! Short gaps in a detection are filled, then short detections dropped.
+//! Debouncing of a detection: short gaps are filled, then short detections are removed.
 
 use std::collections::VecDeque;
 
-/// Believes no gap between detections and no detection that is too short.
+/// Fills short gaps, then removes short detections.
 ///
-/// Outside the data nothing is detected, so a gap at their start or end stays one.
+/// There is no detection outside the data, so a gap at their start or end is not filled.
 #[derive(Clone, Debug)]
 pub(crate) struct Debounce {
     gaps: LongRuns,
@@ -12,8 +12,8 @@ pub(crate) struct Debounce {
 }
 
 impl Debounce {
-    /// Gaps of up to `longest_gap` samples are filled; what is shorter than `shortest_detection`
-    /// samples then is dropped.
+    /// Fills gaps of up to `longest_gap` samples, then removes detections of fewer than
+    /// `shortest_detection` samples.
     pub(crate) fn new(longest_gap: usize, shortest_detection: usize) -> Self {
         Self {
             gaps: LongRuns::new(false, longest_gap + 1),
@@ -21,13 +21,13 @@ impl Debounce {
         }
     }
 
-    /// Number of samples by which an answer comes late.
+    /// Latency of the output, samples.
     pub(crate) fn latency(&self) -> usize {
         self.gaps.latency() + self.detections.latency()
     }
 
-    /// Takes the next sample's detection; answers for the sample `latency` before it, once there is
-    /// such a one.
+    /// Takes the detection of the next sample; returns the debounced one of the sample `latency`
+    /// samples earlier, if it exists.
     pub(crate) fn push(&mut self, detected: bool) -> Option<bool> {
         self.gaps.push(detected).and_then(|filled| self.detections.push(filled))
     }
@@ -38,20 +38,20 @@ impl Debounce {
     }
 }
 
-/// Turns every run of `value` over that is shorter than `shortest`.
+/// Inverts every run of `value` that is shorter than `shortest`.
 #[derive(Clone, Debug)]
 struct LongRuns {
     value: bool,
     shortest: usize,
-    /// Length of the run of `value` that the newest sample ends.
+    /// Length of the current run of `value`.
     run: usize,
-    /// Answers that a run which grows long enough would still change.
-    waiting: VecDeque<bool>,
+    /// Outputs that the current run can still change.
+    pending: VecDeque<bool>,
 }
 
 impl LongRuns {
     fn new(value: bool, shortest: usize) -> Self {
-        let mut runs = Self { value, shortest, run: 0, waiting: VecDeque::with_capacity(shortest) };
+        let mut runs = Self { value, shortest, run: 0, pending: VecDeque::with_capacity(shortest) };
         runs.reset();
         runs
     }
@@ -61,18 +61,18 @@ impl LongRuns {
     }
 
     fn push(&mut self, input: bool) -> Option<bool> {
-        let long_before = self.run >= self.shortest;
+        let was_long = self.run >= self.shortest;
         self.run = if input == self.value { self.run.saturating_add(1) } else { 0 };
         let long = self.run >= self.shortest;
-        if long && !long_before {
-            self.waiting.iter_mut().for_each(|answer| *answer = self.value);
+        if long && !was_long {
+            self.pending.iter_mut().for_each(|output| *output = self.value);
         }
-        self.waiting.push_back(if long { self.value } else { !self.value });
-        if self.waiting.len() > self.latency() { self.waiting.pop_front() } else { None }
+        self.pending.push_back(if long { self.value } else { !self.value });
+        if self.pending.len() > self.latency() { self.pending.pop_front() } else { None }
     }
 
     fn reset(&mut self) {
-        self.waiting.clear();
+        self.pending.clear();
         self.run = if self.value { 0 } else { self.shortest };
     }
 }
@@ -83,16 +83,16 @@ mod tests {
 
     use super::*;
 
-    /// The same by the definition: runs are found and turned over in the whole data.
-    fn turned(
+    /// Reference: inverts the runs of the whole data.
+    fn inverted(
         mut values: Vec<bool>,
         value: bool,
-        turn: impl Fn(usize, usize) -> bool,
+        invert: impl Fn(usize, usize) -> bool,
     ) -> Vec<bool> {
         let mut start = 0;
         while start < values.len() {
             let length = values[start..].iter().take_while(|&&v| v == values[start]).count();
-            if values[start] == value && turn(start, length) {
+            if values[start] == value && invert(start, length) {
                 values[start..start + length].fill(!value);
             }
             start += length;
@@ -102,16 +102,21 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_what_the_definition_says(values in prop::collection::vec(any::<bool>(), 0..80), gap in 0usize..6, shortest in 0usize..7) {
+        fn streamed_debouncing_equals_that_of_the_whole_data(
+            values in prop::collection::vec(any::<bool>(), 0..80),
+            gap in 0usize..6,
+            shortest in 0usize..7,
+        ) {
             let end = values.len();
             let inside = |start: usize, length: usize| start > 0 && start + length < end;
-            let filled = turned(values.clone(), false, |start, length| inside(start, length) && length <= gap);
-            let expected = turned(filled, true, |_, length| length < shortest);
+            let is_gap = |start: usize, length: usize| inside(start, length) && length <= gap;
+            let filled = inverted(values.clone(), false, is_gap);
+            let expected = inverted(filled, true, |_, length| length < shortest);
             let mut debounce = Debounce::new(gap, shortest);
             let latency = debounce.latency();
             let padded = values.iter().copied().chain(std::iter::repeat_n(false, latency));
-            let answers: Vec<bool> = padded.filter_map(|value| debounce.push(value)).collect();
-            prop_assert_eq!(answers, expected);
+            let output: Vec<bool> = padded.filter_map(|value| debounce.push(value)).collect();
+            prop_assert_eq!(output, expected);
         }
     }
 }

@@ -1,8 +1,8 @@
-//! A change in the middle of the window: the memory-based graph-theoretic detector (MBGTD).
+//! The memory-based graph-theoretic detector (MBGTD).
 //!
-//! The samples of a window are the nodes of a graph whose edges are as long as the specific forces
-//! are apart.  Wherever the window is cut in two, the edges between the parts are compared with
-//! those within them; while the foot rests no cut tells the parts apart.  The statistic is
+//! The samples of a window are the nodes of a complete graph; the length of an edge is the distance
+//! between the specific forces.  For every cut of the window into two parts, the edges between the
+//! parts are compared with those within them; at rest no cut separates them.  The statistic is
 //!
 //! ```text
 //! T = max over cuts of ( mean |f_i - f_l| between the parts - mean |f_i - f_l| within them )
@@ -15,7 +15,8 @@
 //! - Wagstaff, Peretroukhin, Kelly, "Robust Data-Driven Zero-Velocity Detection for Foot-Mounted
 //!   Inertial Navigation", IEEE Sensors J. 20(2), 2020: MBGTD among the detectors for a foot.
 //!
-//! Neither prints how the edges are normalized; here each mean is over the number of its edges.
+//! Neither paper gives the normalization of the edges; here each mean is over the number of its
+//! edges.
 
 use nalgebra::Vector3;
 
@@ -47,13 +48,13 @@ impl DetectorSettings for GraphTheoreticConfig {
     }
 }
 
-/// Stationary where no cut of the window tells its parts apart.
+/// Stationary where no cut of the window separates its parts.
 #[derive(Clone, Debug)]
 pub(crate) struct GraphTheoretic {
     window: Window<3>,
     latency_counter: LatencyCounter,
     threshold: f64,
-    /// Of each sample of the window: length of its edges to the samples before and after it.
+    /// Total length of the edges of each sample to earlier and to later samples of the window.
     edges: Vec<(f64, f64)>,
 }
 
@@ -68,7 +69,7 @@ impl GraphTheoretic {
         }
     }
 
-    /// NaN while the window is not full.
+    /// The statistic; NaN while the window is not full.
     fn statistic(&mut self) -> f64 {
         let Self { window, edges, .. } = self;
         edges.clear();
@@ -82,14 +83,14 @@ impl GraphTheoretic {
                 total += edge;
             }
         }
-        greatest_contrast(edges, total)
+        max_contrast(edges, total)
     }
 }
 
-/// Over all cuts, the most by which the mean edge between the parts exceeds that within them.
-fn greatest_contrast(edges: &[(f64, f64)], total: f64) -> f64 {
+/// Maximum over all cuts of the mean edge between the parts minus the mean edge within them.
+fn max_contrast(edges: &[(f64, f64)], total: f64) -> f64 {
     let (mut before, mut after, mut left, mut right) = (0.0, total, 0.0, number(edges.len()));
-    let mut greatest = f64::NEG_INFINITY;
+    let mut maximum = f64::NEG_INFINITY;
     for (to_earlier, to_later) in &edges[..edges.len() - 1] {
         before += to_earlier;
         after -= to_later;
@@ -97,9 +98,9 @@ fn greatest_contrast(edges: &[(f64, f64)], total: f64) -> f64 {
         right -= 1.0;
         let pairs_within = 0.5 * (left * (left - 1.0) + right * (right - 1.0));
         let contrast = (total - before - after) / (left * right) - (before + after) / pairs_within;
-        greatest = max_nan(greatest, contrast);
+        maximum = max_nan(maximum, contrast);
     }
-    greatest
+    maximum
 }
 
 impl Detector for GraphTheoretic {

@@ -1,39 +1,41 @@
-//! Which samples wait for their decision.
+//! Bookkeeping of the latency of a detector.
 
-/// Counts the samples without a decision, of a detector whose decisions come late.
+/// Counts the samples whose decision is pending.
 #[derive(Clone, Debug)]
 pub(crate) struct LatencyCounter {
     latency: usize,
-    /// Samples that have to come before the first decision is due.
-    early: usize,
-    waiting: usize,
+    /// Samples missing until the first decision is due.
+    missing: usize,
+    /// Samples without a decision.
+    pending: usize,
 }
 
 impl LatencyCounter {
-    /// Of decisions that come `latency` samples late.
+    /// A counter for decisions with a latency of `latency` samples.
     pub(crate) fn new(latency: usize) -> Self {
-        Self { latency, early: latency, waiting: 0 }
+        Self { latency, missing: latency, pending: 0 }
     }
 
     pub(crate) fn latency(&self) -> usize {
         self.latency
     }
 
-    /// One more sample came: whether a decision is due, about the one `latency` before it.
+    /// Counts a sample; returns whether the decision about the sample `latency` samples earlier is
+    /// due.
     pub(crate) fn push(&mut self) -> bool {
-        if self.early == 0 {
+        if self.missing == 0 {
             return true;
         }
-        self.early -= 1;
-        self.waiting += 1;
+        self.missing -= 1;
+        self.pending += 1;
         false
     }
 
-    /// After the last sample: how many samples would still have to come for the next decision; none
-    /// when nothing waits.
+    /// Number of samples beyond the end of the data that the next decision needs; none when no
+    /// decision is pending.
     pub(crate) fn drain(&mut self) -> Option<usize> {
-        self.waiting = self.waiting.checked_sub(1)?;
-        Some(std::mem::take(&mut self.early) + 1)
+        self.pending = self.pending.checked_sub(1)?;
+        Some(std::mem::take(&mut self.missing) + 1)
     }
 
     pub(crate) fn reset(&mut self) {
@@ -49,7 +51,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_sample_gets_one_decision_when_as_many_came_after_it(latency in 0usize..6, samples in 0usize..12) {
+        fn every_sample_has_one_decision_at_the_latency(
+            latency in 0usize..6, samples in 0usize..12,
+        ) {
             let mut latency_counter = LatencyCounter::new(latency);
             let mut decided = (0..samples).filter(|_| latency_counter.push()).count();
             prop_assert_eq!(decided, samples.saturating_sub(latency));

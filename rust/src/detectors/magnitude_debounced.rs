@@ -2,8 +2,8 @@
 //!
 //! # References
 //! Abdulrahim, Moore, Hide, Hill, "Understanding the Performance of Zero Velocity Updates in
-//! MEMS-based Pedestrian Navigation": the magnitude of the total acceleration against a threshold;
-//! detections are believed only with others shortly before and after them.
+//! MEMS-based Pedestrian Navigation": threshold test of the magnitude of the total acceleration;
+//! isolated detections are removed.
 
 use std::collections::VecDeque;
 use std::iter;
@@ -40,14 +40,14 @@ impl DetectorSettings for MagnitudeDebouncedConfig {
     }
 }
 
-/// Stationary where |f| stays near gravity for long enough, short excursions apart.
+/// Stationary where |f| stays near gravity for long enough, except for short excursions.
 ///
-/// The statistic is ||f| - g| of the sample alone; what is decided of it depends on its neighbours.
+/// The statistic is ||f| - g| of the sample alone; the decision also depends on adjacent samples.
 #[derive(Clone, Debug)]
 pub(crate) struct MagnitudeDebounced {
     debounce: Debounce,
-    /// Statistics of the samples that are not decided on yet.
-    waiting: VecDeque<f64>,
+    /// Statistics of the samples whose decision is pending.
+    pending: VecDeque<f64>,
     gravity: f64,
     gate: f64,
 }
@@ -58,12 +58,12 @@ impl MagnitudeDebounced {
             samples(config.longest_gap * rate_hz),
             samples(config.shortest_stance * rate_hz),
         );
-        let waiting = VecDeque::with_capacity(debounce.latency() + 1);
-        Self { debounce, waiting, gravity, gate: config.magnitude_gate }
+        let pending = VecDeque::with_capacity(debounce.latency() + 1);
+        Self { debounce, pending, gravity, gate: config.magnitude_gate }
     }
 
     fn decide(&mut self, stationary: bool) -> Option<Decision> {
-        let statistic = self.waiting.pop_front()?;
+        let statistic = self.pending.pop_front()?;
         Some(Decision { statistic, threshold: self.gate, stationary })
     }
 }
@@ -75,19 +75,19 @@ impl Detector for MagnitudeDebounced {
 
     fn push(&mut self, sample: &ImuSample) -> Option<Decision> {
         let statistic = magnitude_excess(sample, self.gravity).abs();
-        self.waiting.push_back(statistic);
+        self.pending.push_back(statistic);
         let stationary = self.debounce.push(statistic < self.gate)?;
         self.decide(stationary)
     }
 
     fn drain(&mut self) -> Option<Decision> {
-        self.waiting.front()?;
+        self.pending.front()?;
         let stationary = iter::repeat_with(|| self.debounce.push(false)).flatten().next()?;
         self.decide(stationary)
     }
 
     fn reset(&mut self) {
         self.debounce.reset();
-        self.waiting.clear();
+        self.pending.clear();
     }
 }

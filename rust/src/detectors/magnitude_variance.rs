@@ -33,10 +33,9 @@ impl DetectorSettings for MagnitudeVarianceConfig {
     }
 }
 
-/// Stationary where the magnitude is near gravity and varies little around the sample.
+/// Stationary where the magnitude is near gravity and its variance in the window is low.
 ///
-/// The statistic is the larger of both quantities in units of their gates, so its threshold is
-/// one.
+/// The statistic is the larger of the two quantities in units of their gates; its threshold is 1.
 #[derive(Clone, Debug)]
 pub(crate) struct MagnitudeVariance {
     gravity: f64,

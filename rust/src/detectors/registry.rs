@@ -1,4 +1,4 @@
-//! The stance detectors that a configuration can choose from.
+//! Registry of the stance detectors available in a configuration.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,12 +6,12 @@ use crate::detectors::detector::{Detector, DetectorSettings};
 use crate::error::ConfigError;
 use crate::settings::Section;
 
-/// Registers the detectors: name of each in files, and where its settings are.
+/// Registers the detectors: name in files, and path of the settings.
 macro_rules! detectors {
     ($($name:literal => $variant:ident($file:ident::$settings:ident),)+) => {
         $(pub use crate::detectors::$file::$settings;)+
 
-        /// Which stance detector, and its settings.
+        /// Kind of stance detector, with its settings.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "kind")]
         #[non_exhaustive]
@@ -49,8 +49,7 @@ macro_rules! detectors {
             /// Checks every setting.
             ///
             /// # Errors
-            /// [`ConfigError`] with the first setting that makes no sense, its value and what is
-            /// allowed.
+            /// [`ConfigError`] with the first invalid setting, its value and its limits.
             pub fn validate(&self) -> Result<(), ConfigError> {
                 match self {
                     $(Self::$variant(settings) => settings.validate(),)+

@@ -1,10 +1,9 @@
-//! Decisions that were made elsewhere.
+//! A detector with given decisions.
 
 use crate::detectors::detector::{Decision, Detector};
 use crate::types::sample::ImuSample;
 
-/// Hands out the decisions that it was given, one for each sample; stationary no more when they run
-/// out.
+/// Returns the given decisions, one for each sample; samples beyond the last are not stationary.
 #[derive(Clone, Debug)]
 pub struct Scripted {
     stationary: Vec<bool>,
@@ -12,7 +11,7 @@ pub struct Scripted {
 }
 
 impl Scripted {
-    /// A detector that takes `stationary[k]` for the decision about sample `k`.
+    /// A detector with the decision `stationary[k]` about sample `k`.
     #[must_use]
     pub fn new(stationary: Vec<bool>) -> Self {
         Self { stationary, next: 0 }

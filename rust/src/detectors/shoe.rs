@@ -1,4 +1,5 @@
-//! SHOE: the generalized likelihood ratio test for "the foot stands still under gravity alone".
+//! SHOE: the generalized likelihood ratio test of the hypothesis that the foot is stationary, with
+//! gravity as the only specific force.
 //!
 //! # References
 //! Skog, Händel, Nilsson, Rantakokko 2010: eq. 15.  With the window's mean direction u the sum over
@@ -33,7 +34,7 @@ impl DetectorSettings for ShoeConfig {
     }
 }
 
-/// The statistic alone.
+/// The SHOE statistic.
 #[derive(Clone, Debug)]
 pub(crate) struct ShoeStatistic {
     /// Sums of f (three), |f|², |ω|².
@@ -41,7 +42,7 @@ pub(crate) struct ShoeStatistic {
     /// 2 g.
     twice_gravity: f64,
     /// W g².
-    gravity_alone: f64,
+    gravity_squared_sum: f64,
     accel_weight: f64,
     gyro_weight: f64,
 }
@@ -57,18 +58,19 @@ impl ShoeStatistic {
         let window = Window::new(window, rate_hz);
         let accel_weight = 1.0 / (window.size() * accel_std * accel_std);
         let gyro_weight = 1.0 / (window.size() * gyro_std * gyro_std);
-        let (twice_gravity, gravity_alone) = (2.0 * gravity, window.size() * gravity * gravity);
-        Self { window, twice_gravity, gravity_alone, accel_weight, gyro_weight }
+        let (twice_gravity, gravity_squared_sum) =
+            (2.0 * gravity, window.size() * gravity * gravity);
+        Self { window, twice_gravity, gravity_squared_sum, accel_weight, gyro_weight }
     }
 
     pub(crate) fn latency(&self) -> usize {
         self.window.half()
     }
 
-    /// The statistic of the sample half a window back; NaN while the window is not full.
+    /// The statistic of the sample half a window earlier; NaN while the window is not full.
     #[expect(
         clippy::inline_always,
-        reason = "small beside a call, and two detectors call it for every sample"
+        reason = "cheaper than a call, and two detectors call it for every sample"
     )]
     #[inline(always)]
     pub(crate) fn push(&mut self, sample: &ImuSample) -> f64 {
@@ -76,7 +78,7 @@ impl ShoeStatistic {
         let &[x, y, z, force, rate] =
             self.window.push([f.x, f.y, f.z, f.norm_squared(), rate_squared]);
         let resultant = Vector3::new(x, y, z).norm();
-        let residual = force - self.twice_gravity * resultant + self.gravity_alone;
+        let residual = force - self.twice_gravity * resultant + self.gravity_squared_sum;
         self.accel_weight * at_least_zero(residual) + self.gyro_weight * rate
     }
 

@@ -1,90 +1,90 @@
-//! The least and the greatest value of a sliding window, without a branch that depends on the
-//! values.
+//! Minimum and maximum of a sliding window, without data-dependent branches.
 //!
 //! # References
 //! - M. van Herk, "A fast algorithm for local minimum and maximum filters on rectangular and
 //!   octagonal kernels", Pattern Recognition Letters 13, 1992; J. Gil, M. Werman, "Computing 2-D
 //!   min, median, and max filters", IEEE PAMI 15, 1993.
 
-/// The least and the greatest of some values; of none, +∞ and -∞.
+/// Minimum and maximum of a set of values; +∞ and -∞ of the empty set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MinMax {
-    pub(crate) least: f64,
-    pub(crate) greatest: f64,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
 }
 
 impl MinMax {
-    const OF_NONE: Self = Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+    const EMPTY: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
     fn of(value: f64) -> Self {
-        Self { least: value, greatest: value }
+        Self { min: value, max: value }
     }
 
-    /// Of both; NaN among the others is none.
-    fn and(self, other: Self) -> Self {
-        Self { least: min(self.least, other.least), greatest: max(self.greatest, other.greatest) }
+    /// Minimum and maximum of the union; NaN in `other` is ignored.
+    fn union(self, other: Self) -> Self {
+        Self { min: min(self.min, other.min), max: max(self.max, other.max) }
     }
 }
 
-/// The min of two, `a` if `b` is NaN; a single instruction, as `f64::min` is not, which asks that
-/// of both.
+/// Minimum of two values, `a` if `b` is NaN.
+///
+/// It is a single instruction; `f64::min` is not, because it checks both for NaN.
 pub(crate) fn min(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
-/// The max of two, `a` if `b` is NaN.
+/// Maximum of two values, `a` if `b` is NaN.
 pub(crate) fn max(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// The extremes of the last values.
+/// Minimum and maximum of the last values (van Herk 1992; Gil and Werman 1993).
 ///
-/// Time is cut into blocks as long as the window.  A window ends in one block and began in the one
-/// before: its extremes are those of the first values of the one and of the last values of the
-/// other, which are taken for all its ends at once when a block is full.
+/// The stream is divided into blocks as long as the window.  A window starts in one block and ends
+/// in the next: its extremes combine those of the tail of the first block with those of the head of
+/// the second.  The extremes of all tails are computed when a block is full.
 #[derive(Clone, Debug)]
 pub(crate) struct SlidingMinMax {
-    /// Up to `filled` the values of this block; from there on the extremes from each place of the
-    /// last block to its end.
-    places: Vec<MinMax>,
+    /// Up to `filled`, the values of the current block; beyond, the extremes of the tails of the
+    /// previous block.
+    slots: Vec<MinMax>,
     filled: usize,
-    of_block: MinMax,
+    block: MinMax,
 }
 
 impl SlidingMinMax {
-    /// Of a window of `span` values, one at least.
+    /// A window of `span` values, at least one.
     pub(crate) fn new(span: usize) -> Self {
-        Self { places: vec![MinMax::OF_NONE; span], filled: 0, of_block: MinMax::OF_NONE }
+        Self { slots: vec![MinMax::EMPTY; span], filled: 0, block: MinMax::EMPTY }
     }
 
-    /// Takes the next value and returns the extremes of the window that ends with it; NaN only
-    /// makes the window move on.
+    /// Takes the next value and returns the extremes of the window that ends with it; a NaN is
+    /// ignored but occupies its place in the window.
     pub(crate) fn push(&mut self, value: f64) -> MinMax {
         let value = MinMax::of(value);
-        self.places[self.filled] = value;
-        self.of_block = self.of_block.and(value);
+        self.slots[self.filled] = value;
+        self.block = self.block.union(value);
         self.filled += 1;
-        match self.places.get(self.filled) {
-            Some(&of_last_block) => of_last_block.and(self.of_block),
+        match self.slots.get(self.filled) {
+            Some(&tail) => tail.union(self.block),
             None => self.begin_block(),
         }
     }
 
-    /// The block is full, and is the whole window.
+    /// Computes the extremes of the tails of the full block; the block is the window.
     fn begin_block(&mut self) -> MinMax {
-        let mut to_end = MinMax::OF_NONE;
-        for place in self.places.iter_mut().rev() {
-            to_end = to_end.and(*place);
-            *place = to_end;
+        let mut tail = MinMax::EMPTY;
+        for slot in self.slots.iter_mut().rev() {
+            tail = tail.union(*slot);
+            *slot = tail;
         }
         self.filled = 0;
-        std::mem::replace(&mut self.of_block, MinMax::OF_NONE)
+        std::mem::replace(&mut self.block, MinMax::EMPTY)
     }
 
     pub(crate) fn reset(&mut self) {
-        self.places.fill(MinMax::OF_NONE);
+        self.slots.fill(MinMax::EMPTY);
         self.filled = 0;
-        self.of_block = MinMax::OF_NONE;
+        self.block = MinMax::EMPTY;
     }
 }
 
@@ -96,7 +96,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_sliding_extremes_are_those_of_the_window(
+        fn sliding_extremes_equal_those_of_each_window(
             values in prop::collection::vec(prop_oneof![9 => -9.0..9.0, 1 => Just(f64::NAN)], 1..60),
             span in 1usize..12,
         ) {
@@ -104,9 +104,9 @@ mod tests {
             for end in 1..=values.len() {
                 let found = sliding.push(values[end - 1]);
                 let window = &values[end.saturating_sub(span)..end];
-                let least = window.iter().copied().fold(f64::INFINITY, f64::min);
-                let greatest = window.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                prop_assert_eq!(found, MinMax { least, greatest });
+                let min = window.iter().copied().fold(f64::INFINITY, f64::min);
+                let max = window.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                prop_assert_eq!(found, MinMax { min, max });
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Sums over a sliding window that is centred on the sample in question.
+//! Sums over a sliding window centred on a sample.
 
 use crate::limits::Limits;
 use crate::types::rate::{number, samples};
@@ -6,28 +6,27 @@ use crate::types::rate::{number, samples};
 /// Limits of a window's length, s.
 pub(crate) const WINDOW_LIMITS: Limits = Limits::Between(1.0e-4, 10.0);
 
-/// The sums of `N` features over the last samples; NaN until there are as many as the window is
-/// long.
+/// Sums of `N` features over the last samples; NaN until the window is full.
 ///
-/// The sums are kept incrementally and taken afresh with every round of the ring, so that rounding
-/// errors cannot pile up.
+/// The sums are updated incrementally and recomputed with every round of the ring buffer, so
+/// rounding errors do not accumulate.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const N: usize> {
-    /// A ring: the oldest row is at `next`, the newest before it.  NaN where no row came yet, and
-    /// so in the sums.
+    /// Ring buffer: the oldest row is at `next`, the newest before it; NaN before the first row,
+    /// which makes the sums NaN.
     rows: Vec<[f64; N]>,
     next: usize,
     sums: [f64; N],
 }
 
 impl<const N: usize> Window<N> {
-    /// A window of about `seconds`, of an odd number of samples and of three at least.
+    /// A window of about `seconds`, with an odd number of samples of at least three.
     pub(crate) fn new(seconds: f64, rate_hz: f64) -> Self {
         let length = 2 * samples(0.5 * (seconds * rate_hz - 1.0)).max(1) + 1;
         Self { rows: vec![[f64::NAN; N]; length], next: 0, sums: [f64::NAN; N] }
     }
 
-    /// Samples on each side of the centre.
+    /// Number of samples on each side of the centre.
     pub(crate) fn half(&self) -> usize {
         self.rows.len() / 2
     }
@@ -37,12 +36,12 @@ impl<const N: usize> Window<N> {
         number(self.rows.len())
     }
 
-    /// The rows, the oldest first.
+    /// The rows, oldest first.
     pub(crate) fn rows(&self) -> impl Iterator<Item = &[f64; N]> + Clone {
         self.rows[self.next..].iter().chain(&self.rows[..self.next])
     }
 
-    /// The row half a window before the newest.
+    /// The row at the centre of the window.
     pub(crate) fn centre(&self) -> &[f64; N] {
         let centre = self.next + self.half();
         &self.rows[if centre < self.rows.len() { centre } else { centre - self.rows.len() }]
@@ -73,13 +72,13 @@ fn add<const N: usize>(sums: [f64; N], row: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|k| sums[k] + row[k])
 }
 
-/// Variance of `size` values, from their sum and the sum of their squares.
+/// Variance of `size` values from their sum and sum of squares.
 pub(crate) fn variance(sum: f64, squares: f64, size: f64) -> f64 {
     at_least_zero(squares / size - (sum / size).powi(2))
 }
 
-/// Takes away what rounding left below zero; NaN stays NaN, where `f64::max` would make it zero and
-/// so a foot at rest.
+/// Removes negative values due to rounding; NaN stays NaN, unlike with `f64::max`, because a zero
+/// statistic is a stationary foot.
 pub(crate) fn at_least_zero(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
 }
@@ -89,19 +88,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_after_a_million_rows_equal_the_sums_taken_afresh() {
+    fn sums_after_a_million_rows_equal_recomputed_sums() {
         let mut window = Window::<2>::new(0.05, 400.0);
         let row = |k: u32| [1e4 * f64::from(k).sin(), 1e-3 * f64::from(k).cos()];
         for k in 0..1_000_003 {
             window.push(row(k));
         }
-        let afresh = |k: usize| window.rows().map(|row| row[k]).sum::<f64>();
-        assert!((window.sums[0] - afresh(0)).abs() < 1e-9);
-        assert!((window.sums[1] - afresh(1)).abs() < 1e-15);
+        let recomputed = |k: usize| window.rows().map(|row| row[k]).sum::<f64>();
+        assert!((window.sums[0] - recomputed(0)).abs() < 1e-9);
+        assert!((window.sums[1] - recomputed(1)).abs() < 1e-15);
     }
 
     #[test]
-    fn only_full_windows_have_sums() {
+    fn sums_are_nan_until_the_window_is_full() {
         let mut window = Window::<1>::new(0.025, 200.0);
         for k in 0..20_u32 {
             let sum = window.push([f64::from(k)])[0];
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reset_window_is_empty() {
+    fn reset_empties_the_window() {
         let mut window = Window::<1>::new(0.025, 200.0);
         window.push([1.0]);
         window.reset();

@@ -1,4 +1,4 @@
-//! Three conditions that must hold together: magnitude, variance, rate.
+//! Conjunction of three conditions: magnitude, variance, rate.
 //!
 //! # References
 //! Wang, Yang, Luo, Pi, "Pedestrian navigation algorithm based on MEMS-IMU", J. Chinese Inertial
@@ -66,15 +66,15 @@ impl DetectorSettings for ThreeConditionConfig {
     }
 }
 
-/// Stationary where |f| is near gravity, its variance around the sample is low, and |ω| is low; or
-/// where those of them hold that are used.
+/// Stationary where |f| is near gravity, its variance in the window is low and |ω| is low, or where
+/// the selected conditions hold.
 ///
-/// The statistic is the largest of the three quantities in units of their thresholds, so its
-/// threshold is one.
+/// The statistic is the largest of the three quantities in units of their thresholds, with the
+/// threshold 1.
 #[derive(Clone, Debug)]
 pub(crate) struct ThreeCondition {
     gravity: f64,
-    /// Thresholds; infinite for a condition that is not used, which always holds then.
+    /// Thresholds; infinite for a condition that is not selected.
     magnitude_band: f64,
     variance_threshold: f64,
     rate_threshold: f64,
@@ -82,14 +82,14 @@ pub(crate) struct ThreeCondition {
 
 impl ThreeCondition {
     pub(crate) fn new(config: &ThreeConditionConfig, gravity: f64) -> Self {
-        let used = |condition, threshold| {
+        let selected = |condition, threshold| {
             if config.conditions.contains(&condition) { threshold } else { f64::INFINITY }
         };
         Self {
             gravity,
-            magnitude_band: used(Condition::Magnitude, config.magnitude_band),
-            variance_threshold: used(Condition::Variance, config.variance_threshold),
-            rate_threshold: used(Condition::Rate, config.rate_threshold),
+            magnitude_band: selected(Condition::Magnitude, config.magnitude_band),
+            variance_threshold: selected(Condition::Variance, config.variance_threshold),
+            rate_threshold: selected(Condition::Rate, config.rate_threshold),
         }
     }
 }

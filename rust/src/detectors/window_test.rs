@@ -1,36 +1,36 @@
-//! What detectors share that decide by one full window.
+//! Detectors that decide by sums over one window.
 
 use crate::detectors::detector::{Decision, Detector};
 use crate::detectors::latency_counter::LatencyCounter;
 use crate::detectors::sliding_window::Window;
 use crate::types::sample::ImuSample;
 
-/// How a window decides about the sample at its centre.
+/// A test of a window for the sample at its centre.
 pub(crate) trait WindowTest<const N: usize>: Send + Sync {
-    /// What the window sums of each sample.
+    /// Features of a sample that the window sums.
     fn row(&self, sample: &ImuSample) -> [f64; N];
 
-    /// The decision, from the sums over `size` samples and the row at their centre; the sums are
-    /// NaN while the window is not full.
+    /// The decision from the sums over `size` samples and the row at the centre; the sums are NaN
+    /// while the window is not full.
     fn decide(&self, size: f64, sums: &[f64; N], centre: &[f64; N]) -> Decision;
 }
 
-/// A test and the window that it looks through.
+/// A detector made of a window and a test.
 #[derive(Clone, Debug)]
-pub(crate) struct WindowedDetector<R, const N: usize> {
+pub(crate) struct WindowedDetector<T, const N: usize> {
     window: Window<N>,
     latency_counter: LatencyCounter,
-    test: R,
+    test: T,
 }
 
-impl<R: WindowTest<N>, const N: usize> WindowedDetector<R, N> {
-    pub(crate) fn new(seconds: f64, rate_hz: f64, test: R) -> Self {
+impl<T: WindowTest<N>, const N: usize> WindowedDetector<T, N> {
+    pub(crate) fn new(seconds: f64, rate_hz: f64, test: T) -> Self {
         let window = Window::new(seconds, rate_hz);
         Self { latency_counter: LatencyCounter::new(window.half()), window, test }
     }
 }
 
-impl<R: WindowTest<N>, const N: usize> Detector for WindowedDetector<R, N> {
+impl<T: WindowTest<N>, const N: usize> Detector for WindowedDetector<T, N> {
     fn latency(&self) -> usize {
         self.latency_counter.latency()
     }

@@ -39,12 +39,12 @@ impl DetectorSettings for WindowedEnergiesConfig {
 
 /// Stationary where the mean squares of |f| - g and of |ω| are both low.
 ///
-/// The statistic is the larger of `T_a` and `T_w` in units of their thresholds, so its threshold
-/// is one.
+/// The statistic is the larger of `T_a` and `T_w` in units of their thresholds, with the threshold
+/// 1.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowedEnergies {
     gravity: f64,
-    /// The thresholds times the variances that the energies are weighed with: mean squares.
+    /// Thresholds of the mean squares: threshold times variance.
     accel_limit: f64,
     gyro_limit: f64,
 }
