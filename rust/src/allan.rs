@@ -1,8 +1,7 @@
-//! Overlapping Allan deviation: how much the means over neighbouring intervals differ, for
-//! intervals of every length.
+//! Overlapping Allan deviation of a sensor record.
 //!
-//! With N samples y and their sums X (N + 1 of them, the mean of y removed), the deviation at an
-//! averaging time of m samples is
+//! With N samples y and their N + 1 cumulative sums X, with the mean of y removed, the Allan
+//! variance at an averaging time of m samples is
 //!
 //! ```text
 //! s²(m) = 1 / (2 m² (N - 2m + 1)) · Σ (X[k + 2m] - 2 X[k + m] + X[k])²
@@ -10,41 +9,41 @@
 //!
 //! # References
 //! - W. J. Riley, D. A. Howe, "Handbook of Frequency Stability Analysis", NIST Special Publication
-//!   1065, 2008: eq. 11 (the estimator) and table 5 (degrees of freedom); frequency is the rate
-//!   here, and phase its sum.
+//!   1065, 2008: eq. 11 (the estimator) and table 5 (degrees of freedom); its frequency is the
+//!   sensor reading here, and its phase the cumulative sum.
 //! - A. Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM
 //!   54, 1974: the compensated sum.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{iter, sync::mpsc, thread};
 
-/// Averaging times in a decade, where whole numbers of samples lie that close.
+/// Averaging times per decade, as far as integer numbers of samples allow.
 const PER_DECADE: i32 = 10;
-/// Neighbouring intervals that the longest averaging time leaves.
-const FEWEST_CLUSTERS: usize = 10;
-/// Squares that are added before they join the total, so that rounding does not grow with the
+/// Minimum number of intervals at the longest averaging time.
+const MIN_CLUSTERS: usize = 10;
+/// Number of squares per partial sum; partial sums keep the rounding error independent of the
 /// length of the record.
 const BLOCK: usize = 1024;
-/// Additions that go on at a time.
+/// Number of parallel sums.
 const LANES: usize = 8;
-/// Neighbours on each side that the local slope is taken over: half an octave or more.
-const MAX_HOLD: usize = 2;
+/// Averaging times on each side over which the local slope is computed: half an octave or more.
+const SLOPE_REACH: usize = 2;
 
-/// What noise governs the deviation at an averaging time, in the words for an inertial sensor.
+/// Noise process that dominates the Allan deviation at an averaging time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
-    /// White noise of the sum: the variance falls with the square of the averaging time.
+    /// Quantization noise: the variance falls with the square of the averaging time.
     Quantization,
-    /// White noise of the reading: angle or velocity random walk.
+    /// White noise: angle or velocity random walk.
     White,
-    /// 1/f noise of the reading: the floor.
+    /// Bias instability (1/f noise): the floor of the curve.
     BiasInstability,
-    /// A bias that walks, or drifts: the variance grows.
+    /// Bias random walk or drift: the variance grows.
     BiasWalk,
 }
 
 impl Noise {
-    /// The noise whose Allan variance has about this slope in log-log axes.
+    /// The noise whose Allan variance has this slope in log-log axes, approximately.
     #[must_use]
     pub fn of_slope(slope: f64) -> Self {
         match slope {
@@ -55,11 +54,11 @@ impl Noise {
         }
     }
 
-    /// Equivalent degrees of freedom of the overlapping estimate from `samples` readings at an
-    /// averaging time of `factor` of them (NIST SP 1065, table 5).
+    /// Equivalent degrees of freedom of the overlapping estimate from `samples` samples at an
+    /// averaging time of `factor` samples (NIST SP 1065, table 5).
     ///
-    /// The estimated variance is distributed as the true one times chi-squared over its degrees of
-    /// freedom.
+    /// The estimated variance divided by the true one is distributed as chi-squared over its
+    /// degrees of freedom.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
     pub fn degrees_of_freedom(self, samples: usize, factor: usize) -> f64 {
@@ -80,30 +79,30 @@ impl Noise {
     }
 }
 
-/// Averaging times, in samples, for a record of `samples`: ten a decade, as long as ten intervals
-/// are left.
+/// Averaging times (samples) of a record of `samples` samples: ten per decade, up to a tenth of the
+/// record.
 #[must_use]
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "rounded, positive, and held to the record"
+    reason = "rounded, positive, and limited by the record"
 )]
 pub fn averaging_factors(samples: usize) -> Vec<usize> {
     let spaced = (0..).map(|k| 10_f64.powf(f64::from(k) / f64::from(PER_DECADE)).round() as usize);
     let mut factors: Vec<usize> =
-        spaced.take_while(|factor| factor * FEWEST_CLUSTERS <= samples).collect();
+        spaced.take_while(|factor| factor * MIN_CLUSTERS <= samples).collect();
     factors.dedup();
     factors
 }
 
-/// Sums of a record up to each of its samples, its mean removed.
+/// Cumulative sums of a record with its mean removed.
 #[derive(Clone, Debug)]
 pub struct Integral {
     sums: Vec<f64>,
 }
 
 impl Integral {
-    /// Sums `samples` up; each sum is rounded once, however long the record is.
+    /// Sums `samples` with compensation: each sum is rounded once, for any length of the record.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
     pub fn new(samples: &[f64]) -> Self {
@@ -113,15 +112,15 @@ impl Integral {
         }
         let mean = total.value() / samples.len() as f64;
         let mut sum = CompensatedSum::default();
-        let following = samples.iter().map(|sample| {
+        let sums = samples.iter().map(|sample| {
             sum.add(sample - mean);
             sum.value()
         });
-        Self { sums: iter::once(0.0).chain(following).collect() }
+        Self { sums: iter::once(0.0).chain(sums).collect() }
     }
 
     /// Overlapping Allan deviation at an averaging time of `factor` samples, in the unit of the
-    /// samples; NaN when the record is not twice as long.
+    /// samples; NaN for a record shorter than two averaging times.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
     pub fn deviation(&self, factor: usize) -> f64 {
@@ -138,7 +137,7 @@ impl Integral {
     }
 }
 
-/// Sum of the squared second differences of sums that are a factor apart.
+/// Sum of the squared second differences of cumulative sums.
 fn sum_of_squares(first: &[f64], middle: &[f64], last: &[f64]) -> f64 {
     let square = |a: &f64, b: &f64, c: &f64| ((c - b) - (b - a)).powi(2);
     let (first, first_rest) = first.as_chunks::<LANES>();
@@ -154,11 +153,11 @@ fn sum_of_squares(first: &[f64], middle: &[f64], last: &[f64]) -> f64 {
     lanes.into_iter().chain(rest).sum()
 }
 
-/// A sum and what rounding has taken from it.
+/// Compensated sum (Neumaier 1974): a sum and its accumulated rounding error.
 #[derive(Default)]
 struct CompensatedSum {
     sum: f64,
-    lost: f64,
+    compensation: f64,
 }
 
 impl CompensatedSum {
@@ -167,31 +166,31 @@ impl CompensatedSum {
         self.sum += value;
         let (large, small) =
             if before.abs() >= value.abs() { (before, value) } else { (value, before) };
-        self.lost += (large - self.sum) + small;
+        self.compensation += (large - self.sum) + small;
     }
 
     fn value(&self) -> f64 {
-        self.sum + self.lost
+        self.sum + self.compensation
     }
 }
 
-/// Allan deviation of one channel over the averaging times.
+/// Allan deviation of one channel as a function of averaging time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// Averaging times, in samples.
     pub factors: Vec<usize>,
-    /// Deviation at each, in the unit of the samples.
+    /// Deviation at each averaging time, in the unit of the samples.
     pub deviation: Vec<f64>,
-    /// Equivalent degrees of freedom of each, for the noise that the local slope of the curve
-    /// shows.
+    /// Equivalent degrees of freedom of each deviation, for the noise identified by the local slope
+    /// of the curve.
     pub degrees_of_freedom: Vec<f64>,
 }
 
 impl Curve {
-    /// The curve of evenly spaced `samples`, on all processors.
+    /// The curve of evenly spaced `samples`, computed on all processors.
     ///
-    /// `progress` hears after each averaging time what share of them is done, in the calling
-    /// thread, and can end the work with an error.
+    /// `progress` is called in the calling thread after each averaging time with the completed
+    /// fraction; its error cancels the computation.
     ///
     /// # Errors
     /// That of `progress`.
@@ -216,7 +215,7 @@ impl Curve {
     }
 }
 
-/// Deviation at each of `factors`; the workers end when nobody takes their results any more.
+/// Deviation at each of `factors`; the workers stop when the receiver of their results is dropped.
 #[expect(clippy::cast_precision_loss, reason = "a few dozen averaging times")]
 fn deviations<E>(
     integral: &Integral,
@@ -231,8 +230,8 @@ fn deviations<E>(
         for _ in 0..workers {
             let (sender, next) = (sender.clone(), &next);
             scope.spawn(move || {
-                let places = iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-                for k in places.take_while(|&k| k < factors.len()) {
+                let indices = iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+                for k in indices.take_while(|&k| k < factors.len()) {
                     if sender.send((k, integral.deviation(factors[k]))).is_err() {
                         break;
                     }
@@ -249,11 +248,11 @@ fn deviations<E>(
     Ok(deviations)
 }
 
-/// The noise that governs each averaging time.
+/// The dominant noise at each averaging time.
 ///
-/// Quantization rules the shortest ones or none.  Where the slope is uncertain, at the longest, it
-/// would be mistaken for it, with degrees of freedom as if the record were thousands of times as
-/// long.
+/// Quantization noise dominates a contiguous range from the shortest averaging time, or none.  At
+/// long averaging times the slope is uncertain; a false identification as quantization noise would
+/// give degrees of freedom that are thousands of times too large.
 fn noises(factors: &[usize], deviation: &[f64]) -> impl Iterator<Item = Noise> {
     let slopes = (0..factors.len()).map(|k| slope(factors, deviation, k));
     slopes.map(Noise::of_slope).scan(true, |quantized, noise| {
@@ -262,10 +261,10 @@ fn noises(factors: &[usize], deviation: &[f64]) -> impl Iterator<Item = Noise> {
     })
 }
 
-/// Slope of the variance in log-log axes about the averaging time `k`.
+/// Local slope of the variance in log-log axes at the averaging time of index `k`.
 #[expect(clippy::cast_precision_loss, reason = "no record has 2^52 samples")]
 fn slope(factors: &[usize], deviation: &[f64], k: usize) -> f64 {
-    let (from, to) = (k.saturating_sub(MAX_HOLD), (k + MAX_HOLD).min(factors.len() - 1));
+    let (from, to) = (k.saturating_sub(SLOPE_REACH), (k + SLOPE_REACH).min(factors.len() - 1));
     2.0 * (deviation[to] / deviation[from]).ln() / (factors[to] as f64 / factors[from] as f64).ln()
 }
 
@@ -286,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn four_samples_by_hand() {
+    fn deviation_of_four_samples_equals_the_hand_calculation() {
         let integral = Integral::new(&[1.0, 3.0, 2.0, 5.0]);
         assert!(close(integral.deviation(1), (14.0_f64 / 6.0).sqrt()));
         assert!(close(integral.deviation(2), 1.5 / 2_f64.sqrt()));
@@ -295,45 +294,44 @@ mod tests {
     }
 
     #[test]
-    fn averaging_times_are_ten_a_decade_and_leave_ten_intervals() {
+    fn averaging_times_are_ten_per_decade_up_to_a_tenth_of_the_record() {
         assert!(averaging_factors(9).is_empty());
         assert_eq!(averaging_factors(100), [1, 2, 3, 4, 5, 6, 8, 10]);
         assert_eq!(averaging_factors(7_200_000).last(), Some(&630_957));
     }
 
     #[test]
-    fn an_offset_costs_no_precision() {
+    fn constant_offset_does_not_change_the_deviation() {
         let noise = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
         let deviation = |offset| {
             let samples: Vec<f64> = (0..200_000).map(|k| offset + noise(k)).collect();
             curve(&samples).deviation
         };
-        let spoilt = 1e-10;
         for (plain, shifted) in deviation(0.0).into_iter().zip(deviation(1024.0)) {
-            assert!((shifted / plain - 1.0).abs() < spoilt, "{plain} {shifted}");
+            assert!((shifted / plain - 1.0).abs() < 1e-10, "{plain} {shifted}");
         }
     }
 
     #[test]
-    fn the_one_who_watches_hears_of_every_averaging_time_and_can_stop() {
+    fn progress_is_called_per_averaging_time_and_can_cancel() {
         let samples = [0.0, 1.0].repeat(500);
         let mut shares = Vec::new();
-        let whole = Curve::of(&samples, |share| {
+        let complete = Curve::of(&samples, |share| {
             shares.push(share);
             Ok::<(), Infallible>(())
         });
-        assert_eq!(shares.len(), whole.unwrap().factors.len());
+        assert_eq!(shares.len(), complete.unwrap().factors.len());
         assert!(close(shares[shares.len() - 1], 1.0));
-        let mut heard = 0;
-        let stopped = Curve::of(&samples, |_| {
-            heard += 1;
-            Err("enough")
+        let mut calls = 0;
+        let cancelled = Curve::of(&samples, |_| {
+            calls += 1;
+            Err("cancelled")
         });
-        assert_eq!((stopped, heard), (Err("enough"), 1));
+        assert_eq!((cancelled, calls), (Err("cancelled"), 1));
     }
 
     #[test]
-    fn only_the_shortest_averaging_times_are_quantized() {
+    fn quantization_noise_is_identified_at_the_shortest_averaging_times_only() {
         let factors = [1, 2, 4, 8, 16, 32, 64];
         let steep = [64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0];
         let steep_late = [4.0, 4.0, 4.0, 4.0, 4.0, 2.0, 1.0];
@@ -343,15 +341,22 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_ramp_deviates_by_its_slope(slope in 1e-3..1e3_f64, offset in -10.0..10.0_f64, factor in 1..100_u32) {
+        fn deviation_of_a_ramp_is_slope_times_averaging_time_over_root_two(
+            slope in 1e-3..1e3_f64, offset in -10.0..10.0_f64, factor in 1..100_u32,
+        ) {
             let samples: Vec<f64> = (0..1000).map(|k| offset + slope * f64::from(k)).collect();
             let deviation = Integral::new(&samples).deviation(factor as usize);
-            prop_assert!((deviation / (slope * f64::from(factor) / 2_f64.sqrt()) - 1.0).abs() < 1e-8);
+            let expected = slope * f64::from(factor) / 2_f64.sqrt();
+            prop_assert!((deviation / expected - 1.0).abs() < 1e-8);
         }
 
         #[test]
-        fn sums_of_squares_do_not_depend_on_the_lanes(samples in prop::collection::vec(-1.0..1.0_f64, 30..3000)) {
-            let (sum, terms) = samples.windows(2).fold((0.0, 0.0), |(sum, terms), pair| (sum + (pair[1] - pair[0]).powi(2), terms + 1.0));
+        fn deviation_at_factor_one_equals_the_rms_of_first_differences(
+            samples in prop::collection::vec(-1.0..1.0_f64, 30..3000),
+        ) {
+            let (sum, terms) = samples.windows(2).fold((0.0, 0.0), |(sum, terms), pair| {
+                (sum + (pair[1] - pair[0]).powi(2), terms + 1.0)
+            });
             let expected = f64::sqrt(sum / (2.0 * terms));
             prop_assert!((Integral::new(&samples).deviation(1) / expected - 1.0).abs() < 1e-9);
         }

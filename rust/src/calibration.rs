@@ -1,5 +1,5 @@
-//! Correction of raw readings: M (raw - b) for each sensor, which [`TriadCalibration`] lets follow
-//! the temperature.
+//! Calibration of raw readings: M (raw - b) for each sensor, with temperature compensation in
+//! [`TriadCalibration`].
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,7 +29,7 @@ settings! {
 }
 
 impl Calibration {
-    /// Both matrices can be inverted.
+    /// Checks that both matrices are invertible.
     fn has_plausible_matrices(&self) -> Result<(), ConfigError> {
         check_matrix("calibration.accel_matrix", &self.accel_matrix)?;
         check_matrix("calibration.gyro_matrix", &self.gyro_matrix)
@@ -82,7 +82,7 @@ impl Correction {
     }
 }
 
-/// A [`Calibration`] made ready for one sample after the other.
+/// A [`Calibration`] prepared for application to a stream of samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Calibrator {
     accel: Correction,
@@ -90,7 +90,7 @@ pub(crate) struct Calibrator {
 }
 
 impl Calibrator {
-    /// None if there is nothing to correct.
+    /// None for the identity calibration.
     pub(crate) fn new(calibration: &Calibration) -> Option<Self> {
         (*calibration != Calibration::default()).then(|| Self {
             accel: Correction::new(&calibration.accel_matrix, &calibration.accel_bias),
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn applying_a_calibration_undoes_the_errors_that_it_describes() {
+    fn calibration_inverts_the_sensor_errors() {
         let calibration = Calibration {
             accel_matrix: [[1.02, 0.01, -0.02], [0.0, 0.97, 0.03], [0.01, 0.0, 1.05]],
             accel_bias: [0.3, -0.2, 0.1],
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_matrix_is_refused_by_name() {
+    fn singular_matrix_is_an_error_that_names_the_setting() {
         let calibration = Calibration { gyro_matrix: [[0.0; 3]; 3], ..Calibration::default() };
         let message = calibration.validate().unwrap_err().to_string();
         assert!(message.starts_with("calibration.gyro_matrix ="), "{message}");

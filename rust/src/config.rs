@@ -1,7 +1,7 @@
-//! Settings of every stage, in the order in which a sample meets the stages.
+//! Settings of every stage, in processing order.
 //!
-//! Each section is declared beside the stage that reads it.  Angles are in degrees only where the
-//! name says so.
+//! Each section is declared next to the stage that uses it.  Angles are in rad, except in settings
+//! whose name ends in `_deg`.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,22 +26,22 @@ pub use crate::smoother::settings::{SmootherConfig, SmootherKind};
 pub use crate::types::sensor::SensorConfig;
 pub use presets::PRESETS;
 
-/// Latitude (degrees) that gravity is taken from when neither gravity, latitude nor origin is
-/// known.  Gravity changes by 0.026 m/s² from there to the equator or the poles, which the
-/// accelerometer biases absorb at the first rest.
+/// Latitude (degrees) for gravity when neither gravity, latitude nor origin is set.  Gravity
+/// differs by 0.026 m/s² at the equator and the poles; the accelerometer biases absorb the
+/// difference at the first rest.
 pub const DEFAULT_LATITUDE_DEG: f64 = 45.0;
 
 /// All settings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// What is known of the inertial measurement unit.
+    /// Noise, biases and ranges of the inertial measurement unit.
     pub sensor: SensorConfig,
-    /// Corrections of the raw readings.
+    /// Calibration of the raw readings.
     pub calibration: Calibration,
-    /// The start: rest, levelling, heading.
+    /// Initial alignment: rest, levelling, heading.
     pub alignment: AlignmentConfig,
-    /// The strapdown integration and the Earth that it runs on.
+    /// Strapdown mechanization and Earth model.
     pub mechanization: MechanizationConfig,
     /// The stance detector.
     pub detector: DetectorConfig,
@@ -49,13 +49,13 @@ pub struct Config {
     pub filter: FilterConfig,
     /// Heading updates from a magnetometer.
     pub magnetometer: MagnetometerConfig,
-    /// Corrections of whole gait cycles.
+    /// Corrections of each gait cycle.
     pub correction: CorrectionConfig,
-    /// Estimates from later samples as well.
+    /// Smoothing of the estimates.
     pub smoother: SmootherConfig,
-    /// When the solution is degraded or invalid.
+    /// Limits of a degraded and of an invalid solution.
     pub health: HealthConfig,
-    /// Where the track lies on the Earth and in which frame files are written.
+    /// Origin of the track and frame of the files.
     pub output: OutputConfig,
 }
 
@@ -112,7 +112,7 @@ impl Config {
             .unwrap_or_else(|| earth::normal_gravity(self.latitude_deg().to_radians(), height))
     }
 
-    /// Geodetic latitude that gravity and Earth rate are taken at, degrees.
+    /// Geodetic latitude for gravity and Earth rate, degrees.
     #[must_use]
     pub fn latitude_deg(&self) -> f64 {
         self.mechanization
@@ -121,7 +121,7 @@ impl Config {
             .unwrap_or(DEFAULT_LATITUDE_DEG)
     }
 
-    /// Whether anything is done to the track after the filter.
+    /// Whether a correction or a smoother runs after the filter.
     pub(crate) fn post_processes(&self) -> bool {
         self.correction.kind != CorrectionKind::None || self.smoother.kind != SmootherKind::None
     }
@@ -134,7 +134,7 @@ impl Config {
     /// Checks every setting, and the settings against each other.
     ///
     /// # Errors
-    /// [`ConfigError`] with the first setting that makes no sense, its value and what is allowed.
+    /// [`ConfigError`] with the first invalid setting, its value and its limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.sensor.validate()?;
         self.calibration.validate()?;
@@ -152,7 +152,7 @@ impl Config {
         consistency::earth_rate_is_known(&self.mechanization, &self.alignment)
     }
 
-    /// All sections in their order, with the detectors one after the other.
+    /// All sections in order, with one section per detector.
     #[must_use]
     pub fn schema() -> Vec<Section> {
         let mut sections = vec![

@@ -1,4 +1,4 @@
-//! Limits of parameters; a NaN or an infinite value is never within them.
+//! Limits of parameters; NaN and infinite values are never within limits.
 
 use std::fmt::{Display, Formatter, Result as FormatResult};
 use std::ops::RangeInclusive;
@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 
 use crate::error::ConfigError;
 
-/// Values that a numerical setting may have; its text completes "expected ...".
+/// Limits of a numerical setting; the text completes "expected ...".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limits {
     /// Any finite number.
@@ -36,7 +36,7 @@ impl Limits {
         (lowest..=highest).contains(&value)
     }
 
-    /// The text with the unit after the numbers in it.
+    /// The text with the unit.
     pub(crate) fn with_unit(self, unit: &str) -> String {
         match self {
             Self::AtLeast(_) | Self::Between(..) if !unit.is_empty() => format!("{self} {unit}"),
@@ -102,7 +102,7 @@ mod tests {
     ];
 
     #[test]
-    fn limits_include_their_bounds_and_exclude_the_rest() {
+    fn limits_include_their_bounds_and_exclude_other_values() {
         let inside = [[-1e300, 1e300], [1e-300, 1e300], [0.0, 1e300], [1.5, 1e300], [-2.0, 0.5]];
         let outside = [f64::NAN, 0.0, -1e-300, 1.4999, 0.5001];
         for ((limits, inside), outside) in ALL.into_iter().zip(inside).zip(outside) {
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn no_limits_include_a_value_that_is_not_finite() {
+    fn limits_exclude_non_finite_values() {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert!(ALL.into_iter().all(|limits| !limits.contains(value)));
         }

@@ -1,14 +1,14 @@
-//! Long work, and whoever may end it.
+//! Cancellation of long computations.
 //!
-//! Work over many samples is done in stretches; before each of them it asks a `progress` of the
-//! caller's, whose error ends it.  The work hands that error out as it is, whatever its type is;
-//! what was done so far is dropped.
+//! A computation over many samples is divided into chunks.  Before each chunk it calls the
+//! `progress` function of the caller; an error cancels the computation.  The error is returned
+//! unchanged, for any error type, and the partial result is dropped.
 
-/// Samples between two questions: 0.1 s of the slowest work on them.
+/// Samples per chunk: 0.1 s of the slowest computation.
 pub(crate) const CHUNK: usize = 10_000;
 
-/// The watch that never ends the work.
-#[expect(clippy::unnecessary_wraps, reason = "a progress answers so")]
+/// A progress function that never cancels.
+#[expect(clippy::unnecessary_wraps, reason = "the signature of a progress function")]
 pub(crate) fn no_progress<E>() -> Result<(), E> {
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! Declaration of settings: each is written once, beside the stage that reads it.
+//! Declaration of settings: each is declared once, next to the stage that uses it.
 //!
-//! A declaration gives a setting's sentence, name, type, default, unit and limits.  `settings!`
-//! makes the struct of it, its defaults, its checks and its [`Section`]; `choices!` does the same
-//! for the values of an enumerated setting.  `Config::schema` lists all sections, from which the
-//! Python classes and the settings' reference page are generated.
+//! A declaration gives the description, name, type, default, unit and limits of a setting.
+//! `settings!` generates the struct, its defaults, its checks and its [`Section`]; `choices!` does
+//! the same for the values of an enumerated setting.  `Config::schema` lists all sections, from
+//! which the Python classes and the settings' reference page are generated.
 
 use std::fmt::{Display, Formatter, Result as FormatResult};
 
@@ -21,24 +21,24 @@ pub struct Section {
     pub kind: Option<&'static str>,
     /// Name of the Rust struct.
     pub class: &'static str,
-    /// What the stage does; the first line is a summary.
+    /// Description of the stage; the first line is a summary.
     pub doc: String,
-    /// The settings in their order.
+    /// The settings in order.
     pub settings: Vec<Setting>,
 }
 
 /// One setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Setting {
-    /// Its name in the section.
+    /// Name in the section.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: String,
-    /// The type of its values.
+    /// Type of the value.
     pub value: ValueType,
-    /// Its default.
+    /// Default value.
     pub default: Literal,
-    /// Its unit; empty for a ratio, a count and whatever is no number.
+    /// Unit; empty for a ratio, a count or a value that is not a number.
     pub unit: &'static str,
     /// Limits of the number, or of each number of a vector.
     pub limits: Option<Limits>,
@@ -72,14 +72,14 @@ pub enum ValueType {
 /// One value of an enumerated setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Choice {
-    /// The word that stands for it in files.
+    /// Name of the value in files.
     pub value: &'static str,
-    /// What it means.
+    /// Description of the value.
     #[serde(serialize_with = "as_trimmed")]
     pub doc: &'static str,
 }
 
-/// A value as it is written in a file.
+/// A value as written in a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Literal {
@@ -120,7 +120,7 @@ impl Display for Literal {
     }
 }
 
-/// A type that a setting may have.
+/// Type of a setting's value.
 pub(crate) trait Value {
     fn value_type() -> ValueType;
     fn literal(&self) -> Literal;
@@ -224,8 +224,8 @@ fn as_trimmed<S: Serializer>(doc: &&'static str, serializer: S) -> Result<S::Ok,
 /// }
 /// ```
 ///
-/// `validate` checks each setting, then calls the method after `also`, which is written by hand and
-/// checks settings against each other.  Unit and limits are left out where a setting is no number.
+/// `validate` checks each setting, then calls the method named after `also`, which checks settings
+/// against each other.  A setting that is not a number has neither unit nor limits.
 macro_rules! settings {
     (
         $(#[doc = $doc:literal])+
@@ -258,8 +258,8 @@ macro_rules! settings {
             /// Checks every setting.
             ///
             /// # Errors
-            /// [`ConfigError`](crate::error::ConfigError) with the first setting that makes no
-            /// sense, its value and what is allowed.
+            /// [`ConfigError`](crate::error::ConfigError) with the first invalid setting, its
+            /// value and its limits.
             $vis fn validate(&self) -> Result<(), crate::error::ConfigError> {
                 $({
                     let key = concat!($section, ".", stringify!($name));
@@ -296,7 +296,7 @@ macro_rules! settings {
     };
 }
 
-/// Declares the values of an enumerated setting, each with its word in files; the first is the
+/// Declares the values of an enumerated setting, each with its name in files; the first is the
 /// default.
 macro_rules! choices {
     (
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_declaration_gives_defaults_and_checks() {
+    fn declaration_generates_defaults_and_checks() {
         let valid = StageConfig::default();
         assert_eq!((valid.length, &valid.direction), (2.0, &None));
         assert_eq!(valid.validate(), Ok(()));
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_declaration_gives_its_schema() {
+    fn declaration_generates_the_schema() {
         let section = StageConfig::schema();
         assert_eq!((section.name, section.class), ("stage", "StageConfig"));
         assert_eq!(section.doc, "A stage.\n\nIts details.");

@@ -1,8 +1,8 @@
-//! One sensor's correction as a function of the temperature of its die.
+//! Temperature-dependent calibration of one sensor triad.
 //!
 //! The error model is that of Tedaldi, Pretto and Menegatti, "A robust and easy to implement method
-//! for IMU calibration without external equipments", ICRA 2014, eqs. 5-8, with a bias and a scale
-//! that are polynomials of the temperature.
+//! for IMU calibration without external equipments", ICRA 2014, eqs. 5-8, with bias and scale
+//! factor as polynomials of the die temperature.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -11,15 +11,15 @@ use crate::calibration::{Correction, IDENTITY, check_bias, check_matrix};
 use crate::error::{ConfigError, DataError, Error};
 use crate::limits;
 
-/// Correction M (raw - b) of one sensor's three axes, which may follow the temperature.
+/// Correction M (raw - b) of a sensor triad, optionally with temperature compensation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TriadCalibration {
-    /// Block3 of the matrix M, at the reference temperature.
+    /// Rows of the matrix M at the reference temperature.
     pub matrix: [[f64; 3]; 3],
     /// Bias b at the reference temperature, in the sensor's unit.
     pub bias: [f64; 3],
-    /// How both change with the temperature, if that is known.
+    /// Temperature dependence of both; none if it is unknown.
     pub thermal: Option<TemperatureModel>,
 }
 
@@ -29,43 +29,42 @@ impl Default for TriadCalibration {
     }
 }
 
-/// What the temperature does to a sensor, as polynomials of T - `reference` without a constant
-/// term.
+/// Temperature dependence of a sensor: polynomials of T - `reference` without a constant term.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TemperatureModel {
     /// Temperature at which the polynomials are zero, degrees Celsius.
     pub reference: f64,
-    /// Lowest temperature that was measured at, degrees Celsius.
+    /// Lowest calibration temperature, degrees Celsius.
     pub lowest: f64,
-    /// Highest temperature that was measured at, degrees Celsius.
+    /// Highest calibration temperature, degrees Celsius.
     pub highest: f64,
-    /// How far beyond the two the model is still applied, K.
+    /// Extrapolation limit beyond these temperatures, K.
     pub margin: f64,
-    /// Coefficients of the change of the bias, the linear one first, per axis, unit/K^k.
+    /// Coefficients of the bias change in ascending order from the linear one, per axis, unit/K^k.
     pub bias: Vec<[f64; 3]>,
-    /// Coefficients of the relative change of what the sensor reads for the same input, the linear
-    /// one first, per axis, 1/K^k.
+    /// Coefficients of the relative change of the sensitivity in ascending order from the linear
+    /// one, per axis, 1/K^k.
     pub scale: Vec<[f64; 3]>,
 }
 
 impl TriadCalibration {
-    /// Checks that every number is finite, that the matrix can be inverted and that the
-    /// temperatures are in order.
+    /// Checks that every number is finite, the matrix is invertible and the temperatures are in
+    /// order.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] with the first number that makes no sense.
+    /// [`ConfigError::OutOfRange`] with the first invalid number.
     pub fn validate(&self) -> Result<(), ConfigError> {
         check_matrix("matrix", &self.matrix)?;
         check_bias("bias", &self.bias)?;
         self.thermal.as_ref().map_or(Ok(()), TemperatureModel::validate)
     }
 
-    /// The correction at one temperature (degrees Celsius), which follows the temperature no more.
+    /// The calibration at a fixed temperature (degrees Celsius), without temperature dependence.
     ///
     /// # Errors
-    /// [`ConfigError`] for a calibration that makes no sense, [`DataError`] for a temperature that
-    /// is missing or outside the calibrated span.
+    /// [`ConfigError`] for an invalid calibration, [`DataError`] for a temperature that is missing
+    /// or outside the calibrated range.
     pub fn at(&self, temperature: Option<f64>) -> Result<Self, Error> {
         self.validate()?;
         let Some(thermal) = &self.thermal else { return Ok(self.clone()) };
@@ -76,11 +75,11 @@ impl TriadCalibration {
         Ok(Self { matrix, bias: correction.bias.into(), thermal: None })
     }
 
-    /// The corrected readings.  `temperatures` has one entry a reading or is empty.
+    /// The corrected readings.  `temperatures` has one entry per reading or is empty.
     ///
     /// # Errors
-    /// As [`Self::at`]; [`DataError::TemperatureOutsideSpan`] names the first reading that is too
-    /// cold or too warm.
+    /// As [`Self::at`]; [`DataError::TemperatureOutsideSpan`] names the first reading outside
+    /// the range.
     pub fn apply(&self, raw: &[[f64; 3]], temperatures: &[f64]) -> Result<Vec<[f64; 3]>, Error> {
         self.validate()?;
         let Some(thermal) = &self.thermal else {
@@ -147,7 +146,7 @@ impl TemperatureModel {
     }
 }
 
-/// Sum of the coefficients times the powers of x from the first on, by Horner's rule.
+/// Polynomial without a constant term, by Horner's rule.
 fn polynomial(coefficients: &[[f64; 3]], x: f64) -> Vector3<f64> {
     coefficients.iter().rev().fold(Vector3::zeros(), |sum, &term| (sum + Vector3::from(term)) * x)
 }
@@ -171,7 +170,7 @@ mod tests {
         }
     }
 
-    /// What a sensor with these errors reads at a temperature.
+    /// Reading of a sensor with these errors at a temperature.
     fn reading(truth: Vector3<f64>, excess: f64) -> [f64; 3] {
         let calibration = warm_sensor();
         let matrix = super::super::matrix(&calibration.matrix).try_inverse().unwrap();
@@ -182,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn every_temperature_gives_the_truth_back() {
+    fn correction_recovers_the_truth_at_every_temperature() {
         let truth = Vector3::new(1.0, -2.0, 9.0);
         let temperatures = [8.0, 25.0, 42.0];
         let raw: Vec<_> = temperatures.iter().map(|t| reading(truth, t - 25.0)).collect();
@@ -192,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn the_correction_at_one_temperature_is_the_one_that_is_applied_there() {
+    fn calibration_at_a_temperature_equals_the_compensated_one() {
         let raw = [[1.0, 2.0, 3.0]];
         let fixed = warm_sensor().at(Some(17.0)).unwrap();
         assert_eq!(fixed.thermal, None);
@@ -200,22 +199,21 @@ mod tests {
     }
 
     #[test]
-    fn a_temperature_beyond_the_margin_is_refused_with_both_numbers() {
+    fn temperature_beyond_the_margin_is_an_error_with_both_limits() {
         let message = warm_sensor().apply(&[[0.0; 3]; 2], &[42.0, 42.1]).unwrap_err().to_string();
-        assert!(
-            message
-                .starts_with("sample 1: the temperature is 42.1 degC, but the calibration holds from 8.0 to 42.0 degC")
-        );
+        let expected = "sample 1: the temperature is 42.1 degC, but the calibration holds \
+                        from 8.0 to 42.0 degC";
+        assert!(message.starts_with(expected), "{message}");
     }
 
     #[test]
-    fn a_missing_temperature_is_refused() {
+    fn missing_temperature_is_an_error() {
         assert_eq!(warm_sensor().at(None), Err(DataError::NoTemperature.into()));
         assert_eq!(warm_sensor().apply(&[[0.0; 3]], &[]), Err(DataError::NoTemperature.into()));
     }
 
     #[test]
-    fn temperatures_in_the_wrong_order_are_refused_by_name() {
+    fn reversed_temperature_limits_are_an_error_that_names_the_setting() {
         let mut calibration = warm_sensor();
         calibration.thermal.as_mut().unwrap().lowest = 50.0;
         assert!(calibration.validate().unwrap_err().to_string().starts_with("thermal.lowest = 50"));

@@ -1,4 +1,4 @@
-//! Checks of the settings of different stages against each other.
+//! Consistency checks between the settings of different stages.
 
 use crate::aiding::magnetometer_settings::MagnetometerConfig;
 use crate::error::ConfigError;
@@ -9,18 +9,19 @@ use crate::ins::strapdown::MechanizationKind;
 use crate::pipeline::gait_correction::{CorrectionConfig, CorrectionKind};
 use crate::smoother::settings::{SmootherConfig, SmootherKind};
 
-/// A heading update needs the Kalman filter.
+/// Heading updates need the Kalman filter.
 pub(super) fn heading_is_filtered(
     magnetometer: &MagnetometerConfig,
     filter: &FilterConfig,
 ) -> Result<(), ConfigError> {
-    refuse_if(
+    error_if(
         magnetometer.heading && filter.kind != FilterKind::Kf,
-        "magnetometer.heading corrects the states of a Kalman filter: set filter.kind = \"kf\" or leave it out",
+        "magnetometer.heading corrects the states of a Kalman filter: \
+         set filter.kind = \"kf\" or leave it out",
     )
 }
 
-/// The information of the stances is used by one stage after the filter at most.
+/// At most one stage after the filter uses the stances.
 pub(super) fn stances_are_used_once(
     filter: &FilterConfig,
     correction: &CorrectionConfig,
@@ -28,17 +29,18 @@ pub(super) fn stances_are_used_once(
 ) -> Result<(), ConfigError> {
     let corrects = correction.kind != CorrectionKind::None;
     let smooths = smoother.kind != SmootherKind::None;
-    refuse_if(
+    error_if(
         corrects && smooths,
         "correction.kind and smoother.kind both correct the steps by the stances: keep one of them",
     )?;
-    refuse_if(
+    error_if(
         corrects && filter.kind == FilterKind::Ins,
-        "correction.kind needs stances, which filter.kind = \"ins\" does not use: choose \"kf\" or \"dr\"",
+        "correction.kind needs stances, which filter.kind = \"ins\" does not use: \
+         choose \"kf\" or \"dr\"",
     )?;
-    refuse_if(
+    error_if(
         smooths && filter.kind != FilterKind::Kf,
-        "smoother.kind goes back over the steps of a Kalman filter: set filter.kind = \"kf\"",
+        "smoother.kind smooths the estimates of a Kalman filter: set filter.kind = \"kf\"",
     )
 }
 
@@ -48,31 +50,35 @@ pub(super) fn earth_rate_is_known(
     alignment: &AlignmentConfig,
 ) -> Result<(), ConfigError> {
     let heading_known = alignment.heading_deg.is_some() || alignment.magnetic_field.is_some();
-    refuse_if(
+    error_if(
         mechanization.earth_rate && mechanization.kind == MechanizationKind::FirstOrder,
-        "mechanization.kind = \"first-order\" knows no rotation of the Earth: choose another kind or leave earth_rate out",
+        "mechanization.kind = \"first-order\" does not model Earth rotation: \
+         choose another kind or leave earth_rate out",
     )?;
-    refuse_if(
+    error_if(
         mechanization.earth_rate && !heading_known,
-        "mechanization.earth_rate needs to know where north is: set alignment.heading_deg or alignment.magnetic_field",
+        "mechanization.earth_rate needs the direction of north: \
+         set alignment.heading_deg or alignment.magnetic_field",
     )
 }
 
-/// No stage needs the end of the data.
+/// Streaming excludes the stages that need the whole recording.
 pub(super) fn streamable(
     correction: &CorrectionConfig,
     smoother: &SmootherConfig,
 ) -> Result<(), ConfigError> {
-    refuse_if(
+    error_if(
         smoother.kind == SmootherKind::Rts,
-        "smoother.kind = \"rts\" needs the whole recording: use track(), or smoother.kind = \"stepwise\" in a stream",
+        "smoother.kind = \"rts\" needs the whole recording: \
+         use track(), or smoother.kind = \"stepwise\" in a stream",
     )?;
-    refuse_if(
+    error_if(
         correction.kind != CorrectionKind::None,
-        "correction.kind = \"lwi\" or \"rv\" needs the whole recording: use track(), or smoother.kind = \"stepwise\" in a stream",
+        "correction.kind = \"lwi\" or \"rv\" needs the whole recording: \
+         use track(), or smoother.kind = \"stepwise\" in a stream",
     )
 }
 
-fn refuse_if(contradicts: bool, message: &str) -> Result<(), ConfigError> {
-    if contradicts { Err(ConfigError::Inconsistent(message.into())) } else { Ok(()) }
+fn error_if(inconsistent: bool, message: &str) -> Result<(), ConfigError> {
+    if inconsistent { Err(ConfigError::Inconsistent(message.into())) } else { Ok(()) }
 }

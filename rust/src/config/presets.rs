@@ -1,19 +1,20 @@
-//! Sensors that are sold for a shoe.
+//! Settings of common inertial sensors.
 //!
 //! # References
-//! Data sheets of their makers: `InvenSense` MPU-6000 and MPU-6050, rev. 3.4; Xsens `MTi`
+//! Data sheets of the manufacturers: `InvenSense` MPU-6000 and MPU-6050, rev. 3.4; Xsens `MTi`
 //! 100-series; Sensonor STIM300, rev. 20; Bosch BMX160 (in the x-io NGIMU); VectorNav VN-100.
-//! Turn-on biases are standard deviations of uncalibrated parts where the sheet bounds them only
-//! (MPU-6050: 20 deg/s, 50 to 80 mg).
+//! Turn-on biases are standard deviations of uncalibrated parts where the data sheet gives only
+//! bounds (MPU-6050: 20 deg/s, 50 to 80 mg).
 
 use crate::config::Config;
 use crate::error::ConfigError;
 use crate::types::sensor::SensorConfig;
 
-/// Names of the known sensors.
+/// Names of the available presets.
 pub const PRESETS: [&str; 5] = ["mpu6050", "mti-g710", "stim300", "ngimu", "vn100"];
 
-/// Scale of an uncalibrated MPU-6050: the sheet's 3 % are three standard deviations.
+/// Scale factor error of an uncalibrated MPU-6050: the 3 % of the data sheet are three standard
+/// deviations.
 const MPU6050_SCALE: f64 = 0.01;
 const MICRO_G: f64 = 9.806_65e-6;
 
@@ -21,7 +22,7 @@ impl Config {
     /// The default settings with the noise and bias figures of a known sensor.
     ///
     /// # Errors
-    /// [`ConfigError::UnknownPreset`], listing the known names.
+    /// [`ConfigError::UnknownPreset`], with the available names.
     pub fn preset(name: &str) -> Result<Self, ConfigError> {
         let sensor = match name {
             "mpu6050" => SensorConfig {

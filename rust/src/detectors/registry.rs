@@ -74,7 +74,8 @@ detectors! {
     "three-condition" => ThreeCondition(three_condition::ThreeConditionConfig),
     "angular-rate-energy" => AngularRateEnergy(angular_rate_energy::AngularRateEnergyConfig),
     "moving-variance" => MovingVariance(moving_variance::MovingVarianceConfig),
-    "acceleration-magnitude" => AccelerationMagnitude(acceleration_magnitude::AccelerationMagnitudeConfig),
+    "acceleration-magnitude" =>
+        AccelerationMagnitude(acceleration_magnitude::AccelerationMagnitudeConfig),
     "graph-theoretic" => GraphTheoretic(graph_theoretic::GraphTheoreticConfig),
 }
 

@@ -217,7 +217,7 @@ def test_a_walk_that_goes_on_after_a_gap_finds_its_heading_again(walk):
 
 
 def test_without_a_magnetometer_the_error_says_what_to_do(walk):
-    cure = r"magnetometer\.heading is set, but there is no reading.*hand its readings over.*or leave the setting out"
+    cure = r"magnetometer\.heading is set, but there is no reading.*pass its readings.*or leave the setting out"
     with pytest.raises(DataError, match=f"simulated 1: {cure}"):
         track(walk[0], HELD)
     with pytest.raises(DataError, match=cure):

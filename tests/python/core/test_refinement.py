@@ -420,7 +420,7 @@ class TestBadInput:
             ({"correction": {"kind": "rv"}, "smoother": {"kind": "rts"}}, "keep one of them"),
             (
                 {"filter": {"kind": "dr"}, "smoother": {"kind": "rts"}},
-                "smoother.kind goes back over the steps",
+                "smoother.kind smooths the estimates",
             ),
             (
                 {"smoother": {"longest_step": 0.01}},
