@@ -1,7 +1,6 @@
-//! The work whose instructions `benches/instructions.py` counts: one simulated walk through
-//! [`Batch`].
+//! The workload of `benches/instructions.py`: one simulated walk through [`Batch`].
 //!
-//! The argument names the detector.  Whatever happens outside of `follow` is not counted.
+//! The argument is the kind of detector.  Only instructions within `follow` are counted.
 
 use std::env;
 use std::hint::black_box;
@@ -24,7 +23,7 @@ fn main() {
     println!("{}", samples.len());
 }
 
-/// Never inlined, so that its name marks the beginning and the end of what is counted.
+/// Never inlined: the counter identifies the workload by this name.
 #[inline(never)]
 fn follow(samples: &[ImuSample], config: Config) {
     let mut batch = Batch::new(config, RATE).expect("the defaults are valid");

@@ -70,8 +70,8 @@ fn detectors(criterion: &mut Criterion) {
     }
 }
 
-/// A covariance with nothing that is zero.
-fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
+/// A fully populated covariance.
+fn propagated_covariance() -> (Covariance, Transition, Noise) {
     let mut p = Covariance::zero();
     for block in Block::ALL {
         p.add_variance(block, 0.01);
@@ -97,7 +97,7 @@ fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
 }
 
 fn prediction(criterion: &mut Criterion) {
-    let (p, transition, noise) = covariance_after_a_step();
+    let (p, transition, noise) = propagated_covariance();
     let mut group = criterion.benchmark_group("prediction");
     group.bench_function("blocks", |bencher| {
         bencher.iter_batched_ref(
@@ -114,7 +114,7 @@ fn prediction(criterion: &mut Criterion) {
 }
 
 fn zero_velocity(criterion: &mut Criterion) {
-    let (p, _, _) = covariance_after_a_step();
+    let (p, _, _) = propagated_covariance();
     let mut group = criterion.benchmark_group("zero velocity");
     group.bench_function("blocks", |bencher| {
         let innovation = Vector3::new(0.01, -0.02, 0.01);
@@ -142,7 +142,7 @@ fn zero_velocity(criterion: &mut Criterion) {
     });
 }
 
-/// Settings by the name that the figures have.
+/// Settings by the name in the results.
 fn settings() -> [(&'static str, Config); 4] {
     let shoe =
         Config { detector: DetectorConfig::Shoe(ShoeConfig::default()), ..Config::default() };
@@ -153,7 +153,7 @@ fn settings() -> [(&'static str, Config); 4] {
     [("shoe", shoe), ("default", Config::default()), ("strides", strides), ("stepwise", stepwise)]
 }
 
-/// Every stage together, sample by sample.
+/// All stages, sample by sample.
 fn push(criterion: &mut Criterion) {
     let samples = samples(1);
     let mut group = criterion.benchmark_group("push");
@@ -171,8 +171,8 @@ fn push(criterion: &mut Criterion) {
     }
 }
 
-/// The same with the whole recording at once.
-fn whole(criterion: &mut Criterion) {
+/// All stages, over a whole recording.
+fn track_recording(criterion: &mut Criterion) {
     let samples = samples(1);
     let mut group = criterion.benchmark_group("track");
     group.throughput(Throughput::Elements(samples.len() as u64));
@@ -181,7 +181,7 @@ fn whole(criterion: &mut Criterion) {
     }
 }
 
-/// The forward pass of a smoothed recording, and what comes after its last sample.
+/// Forward pass and backward pass of the RTS smoother.
 fn rts(criterion: &mut Criterion) {
     let samples = samples(1);
     let smoother = SmootherConfig { kind: SmootherKind::Rts, ..SmootherConfig::default() };
@@ -231,7 +231,7 @@ criterion_group!(
     prediction,
     zero_velocity,
     push,
-    whole,
+    track_recording,
     rts,
     several
 );

@@ -1,4 +1,4 @@
-//! Following a foot takes no memory from the system, however long it walks.
+//! Navigation allocates no memory in steady state.
 
 use allocation_counter::measure;
 use footnav::config::{DetectorConfig, ShoeConfig, SmootherConfig, SmootherKind};
@@ -14,7 +14,7 @@ fn samples() -> Vec<ImuSample> {
         .samples
 }
 
-/// Allocations of a stream that walks the same round again and again, after the first one.
+/// Allocations of a stream that repeats the same walk, after the first round.
 fn allocations_after_the_first_round(config: Config, rounds: u32) -> u64 {
     let samples = samples();
     let mut navigator = Navigator::new(config, RATE).unwrap();

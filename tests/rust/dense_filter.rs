@@ -1,5 +1,5 @@
-//! The navigator against a plain dense filter: the same mechanization, and covariances of 15x15 as
-//! the textbook writes them.
+//! The navigator against a dense reference filter: the same mechanization, and 15x15 covariances in
+//! textbook form.
 
 use std::path::PathBuf;
 
@@ -22,8 +22,7 @@ const ACCEL_BIAS: usize = 12;
 
 type Dense = SMatrix<f64, STATES, STATES>;
 
-/// A zero velocity of known variance whenever the detector says so, of which the foot takes a part
-/// along, and nothing else.
+/// Zero-velocity updates with correlated errors only, without gate and other aids.
 fn config(covariance_interval: f64) -> Config {
     let filter = FilterConfig {
         covariance_interval,
@@ -37,58 +36,58 @@ fn config(covariance_interval: f64) -> Config {
     Config { filter, ..Config::default() }
 }
 
-/// F P Fᵀ + Q, over several steps at once in the swing, and the update in Joseph's form.
+/// Reference filter: F P Fᵀ + Q, batched in swing, and the update in Joseph form.
 struct DenseFilter {
     strapdown: Strapdown,
     estimate: Estimate,
-    /// As it was before the steps that wait.
+    /// Covariance before the pending steps.
     covariance: Dense,
-    waiting: Option<DelayLine>,
+    pending: Option<PendingSteps>,
     previous: ImuSample,
     increments: Increments,
-    /// Time since the last zero velocity, s.
-    gone_for: f64,
-    /// Variance that the position gains with the next step, m².
-    strayed: f64,
+    /// Time since the last zero-velocity update, s.
+    time_since_zupt: f64,
+    /// Variance to be added to the position in the next step, m².
+    pending_position_variance: f64,
 }
 
-/// Steps that the covariance has still to be carried over.
+/// Steps over which the covariance has not been propagated.
 #[derive(Clone, Copy)]
-struct DelayLine {
+struct PendingSteps {
     steps: f64,
-    together: StrapdownStep,
+    total: StrapdownStep,
     noise: Dense,
 }
 
-impl DelayLine {
-    /// One after the other: the sums of what they turn errors into, and the noise of the first as
-    /// it is at the end of the second.
-    fn then(&self, next: &Self) -> Self {
-        let (first, second) = (&self.together, &next.together);
+impl PendingSteps {
+    /// Composition of the two: the sums of the increments, and the noise of the first propagated
+    /// over the second.
+    fn compose(&self, next: &Self) -> Self {
+        let (first, second) = (&self.total, &next.total);
         let dt = first.dt + second.dt;
-        let together = StrapdownStep {
+        let total = StrapdownStep {
             dt,
             velocity_increment_n: first.velocity_increment_n + second.velocity_increment_n,
             attitude: (first.dt * first.attitude + second.dt * second.attitude) / dt,
         };
-        let on = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(second.dt));
+        let phi = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(second.dt));
         Self {
             steps: self.steps + next.steps,
-            together,
-            noise: on * self.noise * on.transpose() + next.noise,
+            total,
+            noise: phi * self.noise * phi.transpose() + next.noise,
         }
     }
 
     fn predict(&self, covariance: &Dense) -> Dense {
-        let f = transition(&self.together);
+        let f = transition(&self.total);
         f * covariance * f.transpose() + self.noise
     }
 }
 
 impl DenseFilter {
-    /// The covariance after all steps.
+    /// Covariance after all steps.
     fn covariance(&self) -> Dense {
-        self.waiting.map_or(self.covariance, |waiting| waiting.predict(&self.covariance))
+        self.pending.map_or(self.covariance, |pending| pending.predict(&self.covariance))
     }
 
     fn step(&mut self, config: &Config, sample: &ImuSample, decision: &Decision) {
@@ -100,41 +99,42 @@ impl DenseFilter {
         (self.previous, self.increments) = (*sample, now);
         let mut noise = noise(config, step.dt);
         for i in POSITION..VELOCITY {
-            noise[(i, i)] += self.strayed;
+            noise[(i, i)] += self.pending_position_variance;
         }
-        let stands = decision.stationary && step.velocity_increment_n.z > 0.0;
-        let newest = DelayLine { steps: 1.0, together: step, noise };
-        let waiting = self.waiting.take().map_or(newest, |waiting| waiting.then(&newest));
-        let at_once = config.filter.covariance_interval / self.strapdown.nominal_interval;
-        if !stands && waiting.steps < at_once.round() {
-            self.waiting = Some(waiting);
+        let stance = decision.stationary && step.velocity_increment_n.z > 0.0;
+        let newest = PendingSteps { steps: 1.0, total: step, noise };
+        let pending = self.pending.take().map_or(newest, |pending| pending.compose(&newest));
+        let batch_size = config.filter.covariance_interval / self.strapdown.nominal_interval;
+        if !stance && pending.steps < batch_size.round() {
+            self.pending = Some(pending);
         } else {
-            self.covariance = waiting.predict(&self.covariance);
+            self.covariance = pending.predict(&self.covariance);
         }
-        if stands {
-            self.observe_rest(config.filter.zero_velocity_std.powi(2));
-            (self.gone_for, self.strayed) = (0.0, 0.0);
+        if stance {
+            self.update_zero_velocity(config.filter.zero_velocity_std.powi(2));
+            (self.time_since_zupt, self.pending_position_variance) = (0.0, 0.0);
         } else {
-            self.go_on(config, step.dt);
+            self.propagate_zupt_error(config, step.dt);
         }
     }
 
-    /// A foot that was faster in its stance than the filter believes goes on at that speed.
-    fn go_on(&mut self, config: &Config, dt: f64) {
-        let strayed = |time: f64| {
+    /// Propagates the velocity error correlated with the last zero-velocity update.
+    fn propagate_zupt_error(&mut self, config: &Config, dt: f64) {
+        let position_variance = |time: f64| {
             (config.filter.zupt_correlation * config.filter.zero_velocity_std * time).powi(2)
         };
-        self.strayed = strayed(self.gone_for + dt) - strayed(self.gone_for);
-        self.gone_for += dt;
+        self.pending_position_variance =
+            position_variance(self.time_since_zupt + dt) - position_variance(self.time_since_zupt);
+        self.time_since_zupt += dt;
     }
 
-    fn observe_rest(&mut self, variance: f64) {
+    fn update_zero_velocity(&mut self, variance: f64) {
         let mut h = SMatrix::<f64, 3, STATES>::zeros();
         h.fixed_columns_mut::<3>(VELOCITY).fill_with_identity();
         let (p, r) = (self.covariance, Matrix3::from_diagonal_element(variance));
         let k = p * h.transpose() * (h * p * h.transpose() + r).try_inverse().unwrap();
-        let rest = Dense::identity() - k * h;
-        self.covariance = rest * p * rest.transpose() + k * r * k.transpose();
+        let a = Dense::identity() - k * h;
+        self.covariance = a * p * a.transpose() + k * r * k.transpose();
         self.correct(&(-k * self.estimate.nav.velocity));
     }
 
@@ -149,7 +149,8 @@ impl DenseFilter {
     }
 }
 
-/// Position moves in two halves around the change of velocity, then the attitude turns.
+/// Transition matrix: half of the position step before and half after the velocity step, then the
+/// attitude step.
 fn transition(step: &StrapdownStep) -> Dense {
     let half = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(0.5 * step.dt));
     let tilt = shear(VELOCITY, ATTITUDE, -cross_matrix(&step.velocity_increment_n));
@@ -179,17 +180,17 @@ fn noise(config: &Config, dt: f64) -> Dense {
     Dense::from_diagonal(&variances)
 }
 
-/// One step after the other, as many at once as by default, and many.
+/// Covariance intervals: each step separately, the default, and a longer one, s.
 const INTERVALS: [f64; 3] = [0.0, 0.02, 0.07];
 
-/// Follows a recording with both filters; the dense one takes over three samples after the walk has
-/// begun.
+/// Compares both filters over a recording; the dense one is initialized from the navigator at the
+/// third row.
 fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_interval: f64) {
     let config = config(covariance_interval);
     let decisions = decide_all(&config, rate, samples).unwrap();
     let mut navigator = Navigator::new(config.clone(), rate).unwrap();
     let latency = navigator.latency();
-    let (mut walking, mut compared) = (0, 0);
+    let (mut rows, mut compared) = (0, 0);
     let mut dense: Option<DenseFilter> = None;
     for newest in 0..samples.len() {
         let before = navigator.latest().map(|solution| solution.estimate);
@@ -198,8 +199,8 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_inter
         }
         let Some(covariance) = navigator.covariance() else { continue };
         let (index, estimate) = (newest - latency, navigator.latest().unwrap().estimate);
-        walking += 1;
-        if walking <= 3 {
+        rows += 1;
+        if rows <= 3 {
             let strapdown = Strapdown {
                 kind: MechanizationKind::TwoSample,
                 gravity: config.gravity(),
@@ -215,11 +216,11 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_inter
                 strapdown,
                 estimate,
                 covariance,
-                waiting: None,
+                pending: None,
                 previous,
                 increments,
-                gone_for: 0.0,
-                strayed: 0.0,
+                time_since_zupt: 0.0,
+                pending_position_variance: 0.0,
             });
             continue;
         }
@@ -234,15 +235,15 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_inter
             "row {index}: covariances differ by {:e}",
             difference.amax()
         );
-        let away = (estimate.nav.position - dense.estimate.nav.position).norm();
-        assert!(away < 1e-9, "row {index}: positions differ by {away:e} m");
+        let difference = (estimate.nav.position - dense.estimate.nav.position).norm();
+        assert!(difference < 1e-9, "row {index}: positions differ by {difference:e} m");
         compared += 1;
     }
     assert!(compared > samples.len() / 2, "{compared} rows of {}", samples.len());
 }
 
 #[test]
-fn a_simulated_walk_is_that_of_a_dense_filter() {
+fn navigator_equals_the_dense_filter_on_a_simulated_walk() {
     let settings = SimulationSettings { rate_hz: 200.0, seed: 3, ..SimulationSettings::default() };
     let walk = simulate(&Route::straight(10.0), &Gait::walk(), &SensorErrors::mpu6050(), &settings)
         .unwrap();
@@ -271,7 +272,7 @@ fn recording() -> Option<Vec<ImuSample>> {
 }
 
 #[test]
-fn a_recorded_walk_is_that_of_a_dense_filter() {
+fn navigator_equals_the_dense_filter_on_a_recorded_walk() {
     let Some(samples) = recording() else { return };
     for interval in INTERVALS {
         assert_dense_filter_agrees(&samples, 100.0, interval);

@@ -1,4 +1,4 @@
-//! Every registered detector keeps the contract of a detector.
+//! Contract of the detectors, for every registered one.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulat
 
 const RATE: f64 = 200.0;
 
-/// Decisions as they come, and those that are due at the end of the data.
+/// Result of each push, and the decisions drained at the end of the data.
 fn decisions(detector: &mut dyn Detector) -> (Vec<Option<Decision>>, Vec<Decision>) {
     let settings = SimulationSettings { rate_hz: RATE, seed: 4, ..SimulationSettings::default() };
     let walk = simulate(&Route::square(5.0), &Gait::walk(), &SensorErrors::ideal(), &settings);
@@ -20,7 +20,7 @@ fn decisions(detector: &mut dyn Detector) -> (Vec<Option<Decision>>, Vec<Decisio
 }
 
 #[test]
-fn default_settings_are_valid_and_what_a_file_that_names_the_detector_alone_means() {
+fn default_settings_are_valid_and_those_of_a_file_with_the_kind_alone() {
     let kinds: HashSet<_> = DetectorConfig::all().iter().map(DetectorConfig::kind).collect();
     assert_eq!(kinds.len(), DetectorConfig::all().len());
     assert!(kinds.contains(DetectorConfig::default().kind()));
@@ -32,7 +32,7 @@ fn default_settings_are_valid_and_what_a_file_that_names_the_detector_alone_mean
 }
 
 #[test]
-fn every_number_has_limits_that_include_its_default_and_no_infinite_one() {
+fn every_number_has_finite_limits_that_include_its_default() {
     for section in Config::schema() {
         for setting in section.settings {
             let number = ValueType::Number;
@@ -47,7 +47,7 @@ fn every_number_has_limits_that_include_its_default_and_no_infinite_one() {
 }
 
 #[test]
-fn every_sample_gets_one_decision_as_late_as_announced() {
+fn every_sample_has_one_decision_at_the_stated_latency() {
     for settings in DetectorConfig::all() {
         let mut detector = settings.build(RATE, Config::default().gravity());
         let (pushed, drained) = decisions(&mut *detector);
@@ -65,7 +65,7 @@ fn every_sample_gets_one_decision_as_late_as_announced() {
 }
 
 #[test]
-fn a_walk_has_samples_at_rest_and_in_motion() {
+fn every_detector_finds_stance_and_motion_in_a_walk() {
     for settings in DetectorConfig::all() {
         let (pushed, _) = decisions(&mut *settings.build(RATE, Config::default().gravity()));
         let decided: Vec<_> = pushed.into_iter().flatten().collect();

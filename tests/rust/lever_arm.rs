@@ -1,4 +1,4 @@
-//! A foot that never stands still: it rolls over a point of the ground through all of its stance.
+//! Lever-arm estimation for a foot that rolls about a point of the ground throughout stance.
 
 use std::f64::consts::PI;
 
@@ -12,26 +12,26 @@ use nalgebra::{UnitQuaternion, Vector3};
 const RATE: f64 = 200.0;
 const STRIDES: u32 = 30;
 const STRIDE_LENGTH: f64 = 1.2;
-/// Time off the ground, samples.
+/// Duration of the swing, samples.
 const SWING: u32 = 140;
-/// Half of the time for which the foot rolls about a point, samples.
+/// Half of the duration of the contact, samples.
 const HALF_CONTACT: u32 = 40;
-/// Slowest angular rate in stance, rad/s.
-const SLOWEST: f64 = 0.2;
+/// Minimum angular rate in stance, rad/s.
+const MIN_RATE: f64 = 0.2;
 /// Growth of the angular rate towards both ends of the contact, rad/s³.
 const GROWTH: f64 = 60.0;
 
 /// Pitch (toes down, rad) and its rate `time` s from the middle of a stance.
 fn roll(time: f64) -> (f64, f64) {
-    (SLOWEST * time + GROWTH * time.powi(3) / 3.0, SLOWEST + GROWTH * time.powi(2))
+    (MIN_RATE * time + GROWTH * time.powi(3) / 3.0, MIN_RATE + GROWTH * time.powi(2))
 }
 
 fn attitude(pitch: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::y_axis(), pitch)
 }
 
-/// The curve of third degree between two values with given slopes, and its derivative.
-fn between(from: (f64, f64), to: (f64, f64), duration: f64, time: f64) -> (f64, f64) {
+/// Cubic Hermite interpolation between two values with given slopes, and its derivative.
+fn hermite(from: (f64, f64), to: (f64, f64), duration: f64, time: f64) -> (f64, f64) {
     let (s, rise) = (time / duration, to.0 - from.0);
     let (a, b) = (from.1 * duration, to.1 * duration);
     let value =
@@ -40,53 +40,53 @@ fn between(from: (f64, f64), to: (f64, f64), duration: f64, time: f64) -> (f64, 
     (value, slope / duration)
 }
 
-/// Pose of a foot: pitch and place with their derivatives.
+/// Pose of a foot: pitch and position with their derivatives.
 #[derive(Clone, Copy)]
 struct Pose {
     pitch: (f64, f64),
-    place: [(f64, f64); 3],
+    position: [(f64, f64); 3],
 }
 
 impl Pose {
-    /// On the ground `time` s from the middle of a stance, with the sensor at `lever` (b) from what
-    /// the foot rolls about.
+    /// In contact, `time` s from mid-stance, with the sensor at `lever` (b) from the rotation
+    /// centre.
     fn rolling(foothold: f64, lever: &Vector3<f64>, time: f64) -> Self {
         let pitch = roll(time);
         let arm = attitude(pitch.0) * lever;
         let velocity = Vector3::new(0.0, pitch.1, 0.0).cross(&arm);
-        let place = [0, 1, 2].map(|k| (if k == 0 { foothold } else { 0.0 } + arm[k], velocity[k]));
-        Self { pitch, place }
+        let position =
+            [0, 1, 2].map(|k| (if k == 0 { foothold } else { 0.0 } + arm[k], velocity[k]));
+        Self { pitch, position }
     }
 
     fn at_rest(foothold: f64, lever: &Vector3<f64>) -> Self {
         Self {
             pitch: (0.0, 0.0),
-            place: [(foothold + lever.x, 0.0), (lever.y, 0.0), (lever.z, 0.0)],
+            position: [(foothold + lever.x, 0.0), (lever.y, 0.0), (lever.z, 0.0)],
         }
     }
 
-    /// `time` s into the swing from here to `to`, which lifts the foot by 0.1 m.
+    /// `time` s into the swing from this pose to `to`, with a foot clearance of 0.1 m.
     fn swing(&self, to: &Self, time: f64) -> Self {
-        let mut place =
-            [0, 1, 2].map(|k: usize| between(self.place[k], to.place[k], seconds(SWING), time));
+        let mut position = [0, 1, 2]
+            .map(|k: usize| hermite(self.position[k], to.position[k], seconds(SWING), time));
         let phase = PI * time / seconds(SWING);
-        place[2].0 += 0.1 * phase.sin().powi(2);
-        place[2].1 += 0.1 * PI / seconds(SWING) * (2.0 * phase).sin();
-        Self { pitch: between(self.pitch, to.pitch, seconds(SWING), time), place }
+        position[2].0 += 0.1 * phase.sin().powi(2);
+        position[2].1 += 0.1 * PI / seconds(SWING) * (2.0 * phase).sin();
+        Self { pitch: hermite(self.pitch, to.pitch, seconds(SWING), time), position }
     }
 
     fn state(&self, time: f64) -> NavState {
         NavState {
             time,
-            position: Vector3::from(self.place.map(|place| place.0)),
-            velocity: Vector3::from(self.place.map(|place| place.1)),
+            position: Vector3::from(self.position.map(|position| position.0)),
+            velocity: Vector3::from(self.position.map(|position| position.1)),
             attitude: attitude(self.pitch.0),
         }
     }
 }
 
-/// States of a walk with the sensor at `lever` from what the foot rolls about, and whether a
-/// detector would say that it stands.
+/// States of a walk with the sensor at `lever` from the rotation centre, and the stance of each.
 fn walk(lever: &Vector3<f64>) -> (Vec<NavState>, Vec<bool>) {
     let foothold = |stride: u32| STRIDE_LENGTH * f64::from(stride);
     let on_ground = |stride: u32, time: f64| Pose::rolling(foothold(stride), lever, time);
@@ -105,24 +105,23 @@ fn walk(lever: &Vector3<f64>) -> (Vec<NavState>, Vec<bool>) {
     }
     walk.extend(SWING, |time| (from.swing(&last, time), false));
     walk.extend(200, |_| (last, true));
-    (walk.states, walk.stands)
+    (walk.states, walk.stance)
 }
 
 #[derive(Default)]
 struct Walk {
     samples: u32,
     states: Vec<NavState>,
-    stands: Vec<bool>,
+    stance: Vec<bool>,
 }
 
 impl Walk {
-    /// Goes on for a number of samples, whose time from now says where the foot is and whether it
-    /// stands.
+    /// Appends `samples` states with pose and stance as functions of the time from now (s).
     fn extend(&mut self, samples: u32, pose: impl Fn(f64) -> (Pose, bool)) {
         for sample in 0..samples {
-            let (pose, stands) = pose(seconds(sample));
+            let (pose, stance) = pose(seconds(sample));
             self.states.push(pose.state(seconds(self.samples)));
-            self.stands.push(stands);
+            self.stance.push(stance);
             self.samples += 1;
         }
     }
@@ -132,7 +131,7 @@ fn seconds(samples: u32) -> f64 {
     f64::from(samples) / RATE
 }
 
-/// What an ideal sensor reads on the way.
+/// Readings of an ideal sensor.
 fn readings(states: &[NavState], config: &Config) -> Vec<ImuSample> {
     let strapdown = Strapdown {
         kind: MechanizationKind::TwoSample,
@@ -155,9 +154,9 @@ fn readings(states: &[NavState], config: &Config) -> Vec<ImuSample> {
     samples
 }
 
-fn track(states: &[NavState], stands: &[bool], config: &Config) -> Trajectory {
+fn track(states: &[NavState], stance: &[bool], config: &Config) -> Trajectory {
     let mut batch =
-        Batch::with_detector(config.clone(), RATE, Box::new(Scripted::new(stands.to_vec())))
+        Batch::with_detector(config.clone(), RATE, Box::new(Scripted::new(stance.to_vec())))
             .unwrap();
     batch.push_block(&readings(states, config)).unwrap();
     batch.finish().unwrap().0
@@ -170,21 +169,21 @@ fn end_error(lever: &Vector3<f64>, contact_rate: f64) -> Vector3<f64> {
         ..Config::default()
     };
     config.filter.contact_rate = contact_rate;
-    let (states, stands) = walk(lever);
-    let trajectory = track(&states, &stands, &config);
-    let way = states[states.len() - 1].position - states[0].position;
-    Vector3::from(trajectory.position[trajectory.len() - 1]) - way
+    let (states, stance) = walk(lever);
+    let trajectory = track(&states, &stance, &config);
+    let displacement = states[states.len() - 1].position - states[0].position;
+    Vector3::from(trajectory.position[trajectory.len() - 1]) - displacement
 }
 
 #[test]
-fn a_sensor_before_or_behind_what_the_foot_rolls_about_keeps_its_height() {
+fn lever_arm_estimation_removes_the_height_drift_of_a_rolling_foot() {
     for forward in [-0.08, 0.08] {
         let lever = Vector3::new(forward, 0.0, 0.07);
-        let (assumed_still, learned) = (end_error(&lever, 0.0), end_error(&lever, 2.0));
-        // The sensor goes down by the angular rate times what it is ahead, and is believed to stay,
-        // for the duration of each stride.
-        let slowest = SLOWEST * forward * seconds(SWING + 2 * HALF_CONTACT) * f64::from(STRIDES);
-        assert!(assumed_still.z / slowest > 1.0, "{assumed_still} against {slowest}");
-        assert!(learned.norm() < 0.2 * assumed_still.norm(), "{learned} against {assumed_still}");
+        let (uncorrected, estimated) = (end_error(&lever, 0.0), end_error(&lever, 2.0));
+        // The vertical velocity of the sensor in stance is the angular rate times the lever arm;
+        // the zero-velocity update neglects it over each stride.
+        let drift = MIN_RATE * forward * seconds(SWING + 2 * HALF_CONTACT) * f64::from(STRIDES);
+        assert!(uncorrected.z / drift > 1.0, "{uncorrected} against {drift}");
+        assert!(estimated.norm() < 0.2 * uncorrected.norm(), "{estimated} against {uncorrected}");
     }
 }

@@ -1,4 +1,4 @@
-//! However long a stream was, its detector says what one says that saw the last seconds only.
+//! Decisions of a detector do not depend on the length of the preceding stream.
 
 use footnav::config::DetectorConfig;
 use footnav::detectors::{Decision, Detector};
@@ -7,12 +7,12 @@ use footnav::{Config, ImuSample};
 
 const RATE: f64 = 200.0;
 const SAMPLES: usize = 1_000_000;
-/// Samples that the other detector sees: more than any detector remembers.
+/// Samples of the short stream: more than the window of any detector.
 const LAST: usize = 20_000;
-/// Decisions that are compared.
+/// Number of decisions compared.
 const COMPARED: usize = 2_000;
 
-/// A walk whose end leads to its beginning, again and again.
+/// An endless repetition of a closed walk.
 fn endless_walk() -> impl Iterator<Item = ImuSample> + Clone {
     let settings = SimulationSettings { rate_hz: RATE, seed: 1, ..SimulationSettings::default() };
     let walk =
@@ -32,17 +32,20 @@ fn decisions(
 }
 
 #[test]
-fn the_statistic_after_a_million_samples_is_that_of_the_last_window_taken_afresh() {
-    // The graph of a window is built afresh at every sample: it keeps no sums.
+fn statistic_after_a_million_samples_equals_that_of_a_fresh_detector() {
+    // The graph-theoretic detector keeps no sums: it builds the graph of each window anew.
     let keeps_sums = |detector: &DetectorConfig| detector.kind() != "graph-theoretic";
     for detector in DetectorConfig::all().into_iter().filter(keeps_sums) {
         let build = || detector.build(RATE, Config::default().gravity());
         let streamed = decisions(build(), endless_walk().take(SAMPLES));
-        let afresh = decisions(build(), endless_walk().take(SAMPLES).skip(SAMPLES - LAST));
+        let fresh = decisions(build(), endless_walk().take(SAMPLES).skip(SAMPLES - LAST));
         let last = |decisions: &[Decision]| decisions[decisions.len() - COMPARED..].to_vec();
-        for (long, short) in last(&streamed).iter().zip(last(&afresh)) {
-            let apart = (long.statistic - short.statistic).abs();
-            assert!(apart <= 1e-9 * short.statistic.max(1e-3), "{detector:?}: {long:?} {short:?}");
+        for (long, short) in last(&streamed).iter().zip(last(&fresh)) {
+            let difference = (long.statistic - short.statistic).abs();
+            assert!(
+                difference <= 1e-9 * short.statistic.max(1e-3),
+                "{detector:?}: {long:?} {short:?}"
+            );
             assert_eq!(long.stationary, short.stationary, "{detector:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! The crate from outside, as a Rust program uses it.
+//! Tests of the public interface of the crate.
 
 mod allocations;
 mod dense_filter;

@@ -1,4 +1,4 @@
-//! The navigator as a Rust program meets it.
+//! The public interface of the navigator.
 
 use footnav::config::{AlignmentConfig, DetectorConfig, MagnitudeVarianceConfig, ShoeConfig};
 use footnav::detectors::Scripted;
@@ -38,7 +38,9 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
     #[test]
-    fn any_chunking_gives_the_batch_result_to_the_bit(cuts in prop::collection::vec(0usize..2000, 0..12), seed in 0u64..3) {
+    fn any_chunking_gives_the_batch_result_to_the_bit(
+        cuts in prop::collection::vec(0usize..2000, 0..12), seed in 0u64..3,
+    ) {
         let samples = walk(&SensorErrors::mpu6050(), seed).samples;
         let (batch, _) = track(&samples, &Config::default()).unwrap();
         prop_assert_eq!(in_blocks(&samples, &cuts), batch);
@@ -46,7 +48,7 @@ proptest! {
 }
 
 #[test]
-fn pushing_gives_one_solution_per_sample_with_a_fixed_latency() {
+fn push_gives_one_solution_per_sample_at_a_fixed_latency() {
     let samples = walk(&SensorErrors::mpu6050(), 1).samples;
     let (batch, _) = track(&samples, &Config::default()).unwrap();
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
@@ -64,8 +66,8 @@ fn pushing_gives_one_solution_per_sample_with_a_fixed_latency() {
 }
 
 #[test]
-fn an_ideal_sensor_leads_back_to_the_truth_within_what_a_rolling_foot_allows() {
-    let greatest_errors = (0..8).map(|seed| {
+fn position_error_with_an_ideal_sensor_is_below_a_decimetre() {
+    let max_errors = (0..8).map(|seed| {
         let Walk { samples, truth, .. } = walk(&SensorErrors::ideal(), seed);
         let (trajectory, health) = track(&samples, &Config::default()).unwrap();
         assert_eq!(health.flags.status(), Status::Ok);
@@ -74,11 +76,12 @@ fn an_ideal_sensor_leads_back_to_the_truth_within_what_a_rolling_foot_allows() {
         };
         truth.iter().zip(&trajectory.position).map(error).fold(0.0, f64::max)
     });
-    let mean = greatest_errors.sum::<f64>() / 8.0;
+    let mean = max_errors.sum::<f64>() / 8.0;
     assert!(mean < 0.1, "{mean} m");
 }
 
-/// Every detector with its default settings, but one whose gates would find no stance here.
+/// Every detector with its default settings, except for a wider gate of `magnitude-variance`, which
+/// finds no stance in these data by default.
 fn every_detector() -> Vec<DetectorConfig> {
     let with_gate = |detector| match detector {
         DetectorConfig::MagnitudeVariance(settings) => {
@@ -112,12 +115,12 @@ fn every_detector_gives_the_batch_result_to_the_bit_in_blocks_and_after_a_reset(
 }
 
 #[test]
-fn given_decisions_are_followed() {
+fn scripted_decisions_give_the_batch_result() {
     let samples = walk(&SensorErrors::mpu6050(), 1).samples;
     let config = Config::default();
     let decisions = decide_all(&config, RATE, &samples).unwrap();
-    let given = Scripted::new(decisions.iter().map(|decision| decision.stationary).collect());
-    let mut navigator = Navigator::with_detector(config.clone(), RATE, Box::new(given)).unwrap();
+    let scripted = Scripted::new(decisions.iter().map(|decision| decision.stationary).collect());
+    let mut navigator = Navigator::with_detector(config.clone(), RATE, Box::new(scripted)).unwrap();
     assert_eq!(navigator.latency(), 0);
     let (batch, _) = track(&samples, &config).unwrap();
     for _ in 0..2 {
@@ -149,7 +152,7 @@ fn every_mechanization_and_detector_tracks_a_walk() {
 }
 
 #[test]
-fn a_bad_sample_is_refused_counted_and_bridged() {
+fn invalid_sample_is_rejected_counted_and_bridged() {
     let samples = walk(&SensorErrors::mpu6050(), 2).samples;
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     navigator.push_block(&samples[..600]).unwrap();
@@ -171,7 +174,7 @@ fn a_bad_sample_is_refused_counted_and_bridged() {
 }
 
 #[test]
-fn the_uncertainty_covers_what_happens_in_a_gap() {
+fn position_std_covers_the_error_of_a_gap() {
     let mut beyond_three_sigma = 0;
     for seed in 0..20_u32 {
         let Walk { samples, truth, .. } = walk(&SensorErrors::ideal(), u64::from(seed));
@@ -194,7 +197,7 @@ fn the_uncertainty_covers_what_happens_in_a_gap() {
 }
 
 #[test]
-fn a_walk_goes_on_after_hours_without_samples_and_says_that_it_is_lost() {
+fn navigation_continues_after_a_gap_of_hours_with_status_invalid() {
     let samples = walk(&SensorErrors::mpu6050(), 1).samples;
     for hours in [0.001, 1.0, 10_000.0] {
         let mut gappy = samples.clone();
@@ -210,7 +213,7 @@ fn a_walk_goes_on_after_hours_without_samples_and_says_that_it_is_lost() {
 }
 
 #[test]
-fn a_block_with_a_bad_sample_leaves_the_navigator_as_it_was() {
+fn block_with_an_invalid_sample_leaves_the_navigator_unchanged() {
     let samples = walk(&SensorErrors::mpu6050(), 2).samples;
     let mut broken = samples.clone();
     broken[900].specific_force.z = f64::INFINITY;
@@ -223,7 +226,7 @@ fn a_block_with_a_bad_sample_leaves_the_navigator_as_it_was() {
 }
 
 #[test]
-fn the_end_is_the_end_until_a_reset() {
+fn push_after_flush_is_an_error_until_reset() {
     let samples = walk(&SensorErrors::mpu6050(), 2).samples;
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     let mut first = navigator.push_block(&samples).unwrap();
@@ -236,7 +239,7 @@ fn the_end_is_the_end_until_a_reset() {
 }
 
 #[test]
-fn now_runs_ahead_of_the_solution_by_the_latency() {
+fn now_extrapolates_to_the_newest_sample() {
     let mut sensor = SensorErrors::stim300();
     sensor.gyro.range = None;
     let Walk { samples, truth, .. } = walk(&sensor, 4);
@@ -253,7 +256,7 @@ fn now_runs_ahead_of_the_solution_by_the_latency() {
 }
 
 #[test]
-fn too_few_samples_are_no_walk() {
+fn recording_shorter_than_the_alignment_is_an_error() {
     let samples = walk(&SensorErrors::ideal(), 0).samples;
     let error = track(&samples[..50], &Config::default()).unwrap_err();
     assert!(error.to_string().starts_with("50 samples over 0.49 s are too few"), "{error}");
@@ -264,7 +267,7 @@ fn too_few_samples_are_no_walk() {
 }
 
 #[test]
-fn numbers_too_large_to_integrate_end_in_an_error_that_stays() {
+fn numerical_failure_is_a_persistent_error() {
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     let mut samples = walk(&SensorErrors::ideal(), 0).samples;
     for sample in &mut samples[300..] {
@@ -282,7 +285,7 @@ fn numbers_too_large_to_integrate_end_in_an_error_that_stays() {
 }
 
 #[test]
-fn a_start_that_cannot_be_aligned_is_an_error_that_stays() {
+fn alignment_failure_is_a_persistent_error() {
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     let in_g = |k: u32| ImuSample::new(f64::from(k) / RATE, [0.0, 0.0, 1.0], [0.0; 3]);
     let error = (0..400).find_map(|k| navigator.push(&in_g(k)).err()).unwrap();
@@ -293,7 +296,7 @@ fn a_start_that_cannot_be_aligned_is_an_error_that_stays() {
 }
 
 #[test]
-fn a_detector_of_ones_own_can_be_plugged_in() {
+fn custom_detector_can_be_used() {
     struct Never;
     impl Detector for Never {
         fn latency(&self) -> usize {
@@ -320,7 +323,7 @@ fn a_detector_of_ones_own_can_be_plugged_in() {
 }
 
 #[test]
-fn a_configuration_from_toml_names_the_unknown_key() {
+fn configuration_error_names_the_unknown_key() {
     let error = Config::from_toml("[filter]\nzero_velocity_sdt = 0.02\n").unwrap_err().to_string();
     assert!(error.contains("zero_velocity_sdt") && error.contains("zero_velocity_std"), "{error}");
     let error = Config::from_toml("[alignment]\nduration = -1.0\n").unwrap_err().to_string();
@@ -334,7 +337,7 @@ fn a_configuration_from_toml_names_the_unknown_key() {
 }
 
 #[test]
-fn the_heading_turns_the_track() {
+fn initial_heading_rotates_the_track() {
     let samples = walk(&SensorErrors::ideal(), 0).samples;
     let alignment = AlignmentConfig { heading_deg: Some(0.0), ..AlignmentConfig::default() };
     let (trajectory, _) = track(&samples, &Config { alignment, ..Config::default() }).unwrap();

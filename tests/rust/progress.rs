@@ -1,5 +1,4 @@
-//! Work over many samples asks its progress every 10,000 of them, and ends when the progress says
-//! so.
+//! Long computations call their progress function every 10,000 samples, and its error cancels them.
 
 use footnav::config::{SmootherConfig, SmootherKind};
 use footnav::detectors::{decide_all, decide_all_with};
@@ -11,10 +10,10 @@ use footnav::{Batch, Config, ConfigError, Error, ImuSample};
 
 const RATE: f64 = 200.0;
 
-/// What ends the work.
+/// Reason for the end of a computation.
 #[derive(Debug, PartialEq)]
 enum End {
-    Watch,
+    Cancelled,
     Failure(Error),
 }
 
@@ -30,33 +29,33 @@ impl From<ConfigError> for End {
     }
 }
 
-/// Runs the work with a watch that ends it at the question of that number; also how many questions
-/// there were.
-fn ended_at<T>(
+/// Runs the computation with a progress function that cancels it at call `number`; also returns the
+/// number of calls.
+fn cancelled_at<T>(
     number: usize,
     work: impl FnOnce(&mut dyn FnMut() -> Result<(), End>) -> Result<T, End>,
 ) -> (Result<T, End>, usize) {
-    let mut questions = 0;
+    let mut calls = 0;
     let outcome = work(&mut || {
-        questions += 1;
-        if questions == number { Err(End::Watch) } else { Ok(()) }
+        calls += 1;
+        if calls == number { Err(End::Cancelled) } else { Ok(()) }
     });
-    (outcome, questions)
+    (outcome, calls)
 }
 
-/// Asserts that the work ends at the first or the last question if the progress says so, and that
-/// there is one for every 10,000 samples.
-fn assert_with_progress<T: PartialEq>(
+/// Asserts that progress is called at least every 10,000 samples, and that an error of its first or
+/// last call cancels the computation.
+fn assert_cancellable<T: PartialEq>(
     samples: usize,
     expected: &T,
     work: impl Fn(&mut dyn FnMut() -> Result<(), End>) -> Result<T, End>,
 ) {
-    let (whole, questions) = ended_at(usize::MAX, &work);
-    assert!(whole.is_ok_and(|whole| whole == *expected));
-    assert!(questions > 1 && questions >= samples / 10_000, "{questions} for {samples} samples");
-    for number in [1, questions] {
-        let (ended, asked) = ended_at(number, &work);
-        assert!(ended.is_err_and(|end| end == End::Watch));
+    let (complete, calls) = cancelled_at(usize::MAX, &work);
+    assert!(complete.is_ok_and(|result| result == *expected));
+    assert!(calls > 1 && calls >= samples / 10_000, "{calls} for {samples} samples");
+    for number in [1, calls] {
+        let (ended, asked) = cancelled_at(number, &work);
+        assert!(ended.is_err_and(|end| end == End::Cancelled));
         assert_eq!(asked, number);
     }
 }
@@ -72,33 +71,33 @@ fn walk() -> Vec<ImuSample> {
 }
 
 #[test]
-fn simulations() {
+fn simulations_are_cancellable() {
     let (route, gait, sensor) = (Route::straight(125.0), Gait::walk(), SensorErrors::mpu6050());
     let walk = simulate(&route, &gait, &sensor, &settings()).unwrap();
-    assert_with_progress(walk.samples.len(), &walk, |progress| {
+    assert_cancellable(walk.samples.len(), &walk, |progress| {
         simulate_with_progress(&route, &gait, &sensor, &settings(), progress)
     });
     let still = rest(150.0, &sensor, &settings()).unwrap();
-    assert_with_progress(still.len(), &still, |progress| {
+    assert_cancellable(still.len(), &still, |progress| {
         rest_with_progress(150.0, &sensor, &settings(), progress)
     });
 }
 
 #[test]
-fn detectors() {
+fn detectors_are_cancellable() {
     let (config, samples) = (Config::default(), walk());
     let bits = |decisions: Vec<footnav::detectors::Decision>| -> Vec<[u64; 2]> {
         decisions.iter().map(|d| [d.statistic.to_bits(), u64::from(d.stationary)]).collect()
     };
     let expected = bits(decide_all(&config, RATE, &samples).unwrap());
-    assert_with_progress(samples.len(), &expected, |progress| {
+    assert_cancellable(samples.len(), &expected, |progress| {
         let detector = config.detector.build(RATE, config.gravity());
         decide_all_with(detector, &config, &samples, progress).map(bits)
     });
 }
 
 #[test]
-fn the_end_of_a_recording() {
+fn smoothing_a_recording_is_cancellable() {
     let smoother = SmootherConfig { kind: SmootherKind::Rts, ..SmootherConfig::default() };
     let (config, samples) = (Config { smoother, ..Config::default() }, walk());
     let batch = || {
@@ -107,7 +106,7 @@ fn the_end_of_a_recording() {
         batch
     };
     let expected = batch().finish().unwrap().0;
-    assert_with_progress(samples.len(), &expected, |progress| {
+    assert_cancellable(samples.len(), &expected, |progress| {
         Ok(batch().finish_with_progress(progress)?.0)
     });
 }

@@ -1,4 +1,4 @@
-//! The simulated walk against the mechanization, against itself, and against what feet do.
+//! The simulation: consistency with the mechanization, reproducibility, and plausible kinematics.
 
 use footnav::error::ConfigError;
 use footnav::ins::earth;
@@ -64,7 +64,7 @@ fn all_settings() -> impl Iterator<Item = SimulationSettings> {
 }
 
 #[test]
-fn the_strapdown_leads_back_to_the_truth_over_minutes() {
+fn strapdown_reproduces_the_truth_over_minutes() {
     let gait = Gait { mounting: Vector3::new(0.4, -2.0, 1.1), ..Gait::walk() };
     for settings in all_settings().filter(|settings| settings.earth_rate != Vector3::zeros()) {
         let walk = ideal(&Route::figure_of_eight(130.0), &gait, &settings);
@@ -74,7 +74,7 @@ fn the_strapdown_leads_back_to_the_truth_over_minutes() {
 }
 
 #[test]
-fn the_strapdown_leads_back_to_the_truth_in_every_mounting_and_gait() {
+fn strapdown_reproduces_the_truth_for_every_mounting_and_gait() {
     let mountings =
         [[0.0; 3], [std::f64::consts::PI, 0.0, 0.0], [0.0, -1.57, 0.0], [0.3, 0.2, 3.0]];
     for settings in all_settings() {
@@ -87,7 +87,7 @@ fn the_strapdown_leads_back_to_the_truth_in_every_mounting_and_gait() {
     }
 }
 
-/// Four metres to a lift, down in it, and on in another direction.
+/// A route with a lift ride down: four metres to the lift, then back at the lower level.
 fn down_a_lift() -> Route {
     let waypoint =
         |position: [f64; 3], lift| Waypoint { position: position.into(), lift, tread: false };
@@ -102,14 +102,14 @@ fn down_a_lift() -> Route {
 }
 
 #[test]
-fn the_strapdown_leads_back_to_the_truth_through_a_lift() {
+fn strapdown_reproduces_the_truth_through_a_lift_ride() {
     for settings in all_settings() {
         assert_replays(&ideal(&down_a_lift(), &Gait::walk(), &settings), &settings);
     }
 }
 
 #[test]
-fn in_a_lift_that_moves_the_foot_does_not_stand_on_the_ground() {
+fn moving_lift_is_not_stance() {
     let walk = ideal(
         &down_a_lift(),
         &Gait { tremor: 0.0, ..Gait::walk() },
@@ -124,7 +124,7 @@ fn in_a_lift_that_moves_the_foot_does_not_stand_on_the_ground() {
 }
 
 #[test]
-fn a_mounting_turns_the_readings_and_leaves_the_walk() {
+fn mounting_rotates_the_readings_and_not_the_motion() {
     let settings = SimulationSettings {
         kind: MechanizationKind::SingleSample,
         ..SimulationSettings::default()
@@ -134,17 +134,20 @@ fn a_mounting_turns_the_readings_and_leaves_the_walk() {
         ideal(&Route::straight(5.0), &Gait::walk(), &settings),
         ideal(&Route::straight(5.0), &turned, &settings),
     );
-    for (k, (seen, sample)) in plain.samples.iter().zip(&walk.samples).enumerate() {
+    for (k, (reference, sample)) in plain.samples.iter().zip(&walk.samples).enumerate() {
         assert!(
-            (turned.sensor_to_foot() * sample.specific_force - seen.specific_force).norm() < 1e-9
+            (turned.sensor_to_foot() * sample.specific_force - reference.specific_force).norm()
+                < 1e-9
         );
-        assert!((turned.sensor_to_foot() * sample.angular_rate - seen.angular_rate).norm() < 1e-9);
+        assert!(
+            (turned.sensor_to_foot() * sample.angular_rate - reference.angular_rate).norm() < 1e-9
+        );
         assert!((walk.truth[k].position - plain.truth[k].position).norm() < 1e-9);
     }
 }
 
 #[test]
-fn the_walk_ends_where_the_route_does() {
+fn walk_ends_at_the_end_of_the_route() {
     let walks = [
         (Gait::run(), Route::straight(12.0), [12.0, 0.0, 0.0]),
         (Gait::walk(), Route::square(3.0), [0.0; 3]),
@@ -167,7 +170,7 @@ fn the_walk_ends_where_the_route_does() {
 }
 
 #[test]
-fn a_resting_sensor_feels_gravity_and_the_rotation_of_the_earth() {
+fn static_sensor_measures_gravity_and_earth_rate() {
     let earth_rate = earth::rotation_rate(0.8);
     let settings = SimulationSettings { earth_rate, ..SimulationSettings::default() };
     let gait = Gait { tremor: 0.0, mounting: Vector3::new(1.0, 0.5, 0.2), ..Gait::walk() };
@@ -183,7 +186,7 @@ fn a_resting_sensor_feels_gravity_and_the_rotation_of_the_earth() {
 }
 
 #[test]
-fn rates_and_forces_are_those_of_feet() {
+fn peak_rates_and_specific_forces_are_plausible() {
     let settings = SimulationSettings { rate_hz: 200.0, ..SimulationSettings::default() };
     for (gait, rates, forces) in
         [(Gait::walk(), 5.0..10.0, 20.0..60.0), (Gait::run(), 7.0..14.0, 60.0..130.0)]
@@ -198,7 +201,7 @@ fn rates_and_forces_are_those_of_feet() {
 }
 
 #[test]
-fn in_stance_the_foot_is_nearly_still_and_otherwise_it_travels() {
+fn foot_is_nearly_static_in_stance_and_fast_in_swing() {
     for gait in [Gait::walk(), Gait::slow(), Gait::run()] {
         let walk = ideal(&Route::straight(8.0), &gait, &SimulationSettings::default());
         let speeds = |stance: bool| {
@@ -208,20 +211,20 @@ fn in_stance_the_foot_is_nearly_still_and_otherwise_it_travels() {
         };
         let (still, moving) = (speeds(true), speeds(false));
         assert!(still.iter().all(|&speed| speed < 0.1));
-        assert!(still.iter().any(|&speed| speed > 0.001), "a real foot is not perfectly still");
+        assert!(still.iter().any(|&speed| speed > 0.001), "the foot is never perfectly static");
         assert!(moving.iter().any(|&speed| speed > 1.5));
     }
 }
 
 #[test]
-fn the_same_seed_gives_the_same_walk_and_another_one_another() {
+fn walk_is_determined_by_the_seed() {
     let errors = SensorErrors::mpu6050();
     assert_eq!(short(&errors, 7), short(&errors, 7));
     assert_ne!(short(&errors, 7).truth, short(&errors, 8).truth);
 }
 
 #[test]
-fn the_sensor_does_not_change_the_walk() {
+fn sensor_errors_do_not_change_the_walk() {
     let (ideal, real) = (short(&SensorErrors::ideal(), 3), short(&SensorErrors::mpu6050(), 3));
     assert_eq!(ideal.truth, real.truth);
     assert_eq!(ideal.stance, real.stance);
@@ -229,7 +232,7 @@ fn the_sensor_does_not_change_the_walk() {
 }
 
 #[test]
-fn the_biases_told_are_the_biases_of_the_samples() {
+fn true_biases_equal_those_of_the_samples() {
     let gyro = TriadErrors { bias_std: 0.02, bias_walk: 0.001, ..TriadErrors::default() };
     let accel = TriadErrors {
         bias: Vector3::new(0.1, 0.0, -0.2),
@@ -249,7 +252,7 @@ fn the_biases_told_are_the_biases_of_the_samples() {
 }
 
 #[test]
-fn an_mpu6050_reads_whole_counts_within_its_range() {
+fn mpu6050_readings_are_integer_counts_within_range() {
     let walk = short(&SensorErrors::mpu6050(), 2);
     let count = 9.806_65 / 4096.0;
     for value in walk
@@ -263,7 +266,7 @@ fn an_mpu6050_reads_whole_counts_within_its_range() {
 }
 
 #[test]
-fn stamps_jitter_as_asked_for() {
+fn stamps_have_the_configured_jitter() {
     let settings =
         SimulationSettings { jitter: 0.2, rate_hz: 50.0, ..SimulationSettings::default() };
     let walk = ideal(&Route::straight(3.0), &Gait::walk(), &settings);
@@ -274,7 +277,7 @@ fn stamps_jitter_as_asked_for() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_by_name() {
+fn invalid_parameters_are_errors_that_name_the_parameter() {
     let (route, gait, errors, settings) =
         (Route::default(), Gait::default(), SensorErrors::ideal(), SimulationSettings::default());
     let negative = TriadErrors { noise_density: -1.0, ..TriadErrors::default() };
@@ -300,7 +303,7 @@ fn what_makes_no_sense_is_refused_by_name() {
 }
 
 #[test]
-fn presets_are_found_by_name_and_make_sense() {
+fn presets_are_valid_and_unknown_names_are_errors() {
     for name in Gait::PRESETS {
         Gait::preset(name).unwrap().validate().unwrap();
     }
@@ -311,23 +314,27 @@ fn presets_are_found_by_name_and_make_sense() {
     assert!(matches!(SensorErrors::preset("hop"), Err(ConfigError::UnknownPreset { .. })));
 }
 
-fn survives_toml<T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(value: &T) {
+fn assert_round_trips_through_toml<
+    T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug,
+>(
+    value: &T,
+) {
     let text = toml::to_string(value).unwrap();
     assert_eq!(&toml::from_str::<T>(&text).unwrap(), value);
     assert!(toml::from_str::<T>("no_such_key = 1").is_err());
 }
 
 #[test]
-fn parameters_survive_being_written_and_refuse_unknown_keys() {
-    survives_toml(&Gait::run());
-    survives_toml(&SensorErrors::stim300());
-    survives_toml(&SimulationSettings::default());
-    survives_toml(&Route::stairs(1, 4, 0.17, 0.28));
+fn parameters_round_trip_through_toml_and_unknown_keys_are_errors() {
+    assert_round_trips_through_toml(&Gait::run());
+    assert_round_trips_through_toml(&SensorErrors::stim300());
+    assert_round_trips_through_toml(&SimulationSettings::default());
+    assert_round_trips_through_toml(&Route::stairs(1, 4, 0.17, 0.28));
     assert_eq!(toml::from_str::<Gait>("").unwrap(), Gait::walk());
 }
 
 #[test]
-fn a_rest_reads_gravity_and_what_the_sensor_adds() {
+fn rest_measures_gravity_plus_sensor_errors() {
     let settings =
         SimulationSettings { rate_hz: 50.0, jitter: 0.1, seed: 4, ..SimulationSettings::default() };
     let still = rest(2.0, &SensorErrors::ideal(), &settings).unwrap();
@@ -350,24 +357,24 @@ fn a_rest_reads_gravity_and_what_the_sensor_adds() {
 }
 
 #[test]
-fn a_corrupted_ideal_walk_is_the_walk_of_the_sensor() {
+fn corrupted_ideal_walk_equals_the_walk_of_the_sensor() {
     let (clean, dirty) = (short(&SensorErrors::ideal(), 5), short(&SensorErrors::mpu6050(), 5));
     let readings = corrupt(&clean.samples, &SensorErrors::mpu6050(), 5).unwrap();
     assert_eq!(readings.len(), dirty.samples.len());
     for (reading, sample) in readings.iter().zip(&dirty.samples) {
         assert!(
             (reading.specific_force - sample.specific_force).norm() < 3e-3,
-            "one bit of the sensor at most"
+            "one least significant bit at most"
         );
         assert!(
             (reading.angular_rate - sample.angular_rate).norm() < 1e-3,
-            "one bit of the sensor at most"
+            "one least significant bit at most"
         );
     }
 }
 
 #[test]
-fn samples_without_time_between_them_are_not_corrupted() {
+fn corrupt_rejects_equal_stamps() {
     let sample = short(&SensorErrors::ideal(), 5).samples[0];
     let message = corrupt(&[sample, sample], &SensorErrors::mpu6050(), 5).unwrap_err().to_string();
     assert!(message.starts_with("samples 0 s apart"), "{message}");

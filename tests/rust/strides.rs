@@ -1,4 +1,4 @@
-//! Strides and their covariance, as a Rust program meets them.
+//! Strides and their covariance, through the public interface.
 
 use footnav::config::{CorrectionKind, SmootherKind};
 use footnav::detectors::Scripted;
@@ -55,8 +55,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
-    fn a_stream_hands_out_the_strides_of_the_batch_to_the_bit(
-        cuts in prop::collection::vec(0usize..3000, 0..9), seed in 0u64..2, longest_step in prop::option::of(0.1..4.0),
+    fn any_chunking_gives_the_strides_of_the_batch_to_the_bit(
+        cuts in prop::collection::vec(0usize..3000, 0..9),
+        seed in 0u64..2,
+        longest_step in prop::option::of(0.1..4.0),
     ) {
         let (samples, mut config) = (samples(seed), with_strides());
         if let Some(longest_step) = longest_step {
@@ -70,7 +72,7 @@ proptest! {
 }
 
 #[test]
-fn keeping_the_strides_changes_no_number_of_the_track() {
+fn tracking_strides_does_not_change_the_track() {
     let samples = samples(1);
     let (trajectory, _) = track(&samples, &Config::default()).unwrap();
     assert_eq!(in_batch(&samples, &with_strides()).0, trajectory);
@@ -78,14 +80,14 @@ fn keeping_the_strides_changes_no_number_of_the_track() {
 }
 
 #[test]
-fn strides_without_the_setting_are_an_error_that_names_it() {
+fn strides_without_output_strides_are_an_error_that_names_the_setting() {
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     let error = navigator.strides().unwrap_err().to_string();
     assert_eq!(error, "strides are not tracked: set output.strides = true");
 }
 
 #[test]
-fn strides_go_from_row_to_row_of_the_track_that_comes_out() {
+fn stride_displacements_equal_those_of_the_output_track() {
     let samples = samples(2);
     let mut step_by_step = with_strides();
     step_by_step.filter.covariance_interval = 0.0;
@@ -105,38 +107,41 @@ fn strides_go_from_row_to_row_of_the_track_that_comes_out() {
         for (stride, filters) in strides.iter().zip(&found) {
             assert_eq!((stride.start_row, stride.end_row), (filters.start_row, filters.end_row));
             assert_eq!(stride.covariance, filters.covariance);
-            let way = |axis: usize| {
+            let displacement = |axis: usize| {
                 trajectory.position[stride.end_row][axis]
                     - trajectory.position[stride.start_row][axis]
             };
-            assert_eq!(stride.displacement, nalgebra::Vector3::from_fn(|axis, _| way(axis)));
+            assert_eq!(
+                stride.displacement,
+                nalgebra::Vector3::from_fn(|axis, _| displacement(axis))
+            );
         }
         assert_eq!(strides.len(), found.len());
     }
 }
 
 #[test]
-fn a_stride_is_known_a_tenth_of_a_second_after_its_stance_or_half_a_second_into_it() {
+fn strides_are_output_within_0_62_s_of_their_end() {
     let samples = samples(1);
     let mut navigator = Navigator::new(with_strides(), RATE).unwrap();
-    let mut known = 0;
+    let mut count = 0;
     for sample in &samples {
         navigator.push(sample).unwrap();
         for stride in navigator.strides().unwrap() {
             let delay = navigator.latest().unwrap().estimate.nav.time - stride.end;
             assert!((0.0..0.62).contains(&delay), "{delay} s");
-            known += 1;
+            count += 1;
         }
     }
-    assert!(known >= 12);
+    assert!(count >= 12);
 }
 
-/// A gait whose foot stands perfectly still.
+/// A gait with a static foot in stance.
 fn still() -> Gait {
     Gait { tremor: 0.0, stance_roll: 0.0, impact: 0.0, ..Gait::walk() }
 }
 
-/// White noise and constant biases, and the settings of a filter that knows how large they are.
+/// A sensor with white noise and constant biases, and a filter with matching settings.
 fn matched() -> (SensorErrors, Config) {
     let (accel_density, gyro_density, accel_bias) = (2e-3, 1e-3, 0.01);
     let sensor = SensorErrors {
@@ -165,7 +170,7 @@ fn matched() -> (SensorErrors, Config) {
     (sensor, config)
 }
 
-/// Error of a stride (truth minus estimate) in its own frame: displacement and change of heading.
+/// Error of a stride (truth minus estimate) in its own frame: displacement and heading change.
 fn error(stride: &Stride, walk: &Walk, trajectory: &Trajectory) -> Vector4<f64> {
     let heading_error = |row: usize| {
         let [x, y, z, w] = trajectory.quaternion[row];
@@ -174,14 +179,15 @@ fn error(stride: &Stride, walk: &Walk, trajectory: &Trajectory) -> Vector4<f64> 
         (walk.truth[row].attitude * estimate.inverse()).scaled_axis().z
     };
     let (at_start, at_end) = (heading_error(stride.start_row), heading_error(stride.end_row));
-    let way = walk.truth[stride.end_row].position - walk.truth[stride.start_row].position;
+    let displacement = walk.truth[stride.end_row].position - walk.truth[stride.start_row].position;
     let heading = stride.start_heading;
-    let wrong = about_up(-heading - at_start) * way - about_up(-heading) * stride.displacement;
-    wrong.push(at_end - at_start)
+    let error =
+        about_up(-heading - at_start) * displacement - about_up(-heading) * stride.displacement;
+    error.push(at_end - at_start)
 }
 
 #[test]
-fn errors_of_the_strides_are_as_large_as_their_covariance_says() {
+fn stride_covariance_is_consistent_with_the_errors() {
     let (sensor, config) = matched();
     let (mut sum, mut count) = (0.0, 0.0);
     let mut by_state = Vector4::zeros();
@@ -193,17 +199,16 @@ fn errors_of_the_strides_are_as_large_as_their_covariance_says() {
         batch.push_block(&walk.samples).unwrap();
         let (trajectory, _, strides) = batch.finish().unwrap();
         for stride in &strides {
-            let (wrong, covariance) =
+            let (error, covariance) =
                 (error(stride, &walk, &trajectory), stride.covariance.unwrap());
-            sum += wrong.dot(&(covariance.try_inverse().unwrap() * wrong));
-            by_state += wrong.component_mul(&wrong).component_div(&covariance.diagonal());
+            sum += error.dot(&(covariance.try_inverse().unwrap() * error));
+            by_state += error.component_mul(&error).component_div(&covariance.diagonal());
             count += 1.0;
         }
     }
     let (nees, by_state) = (sum / count / 4.0, by_state / count);
     println!("NEES {nees:.3} over {count} strides; {by_state:.3}");
     assert!(count > 400.0, "{count}");
-    // The mean of four times 400 squares of independent normal numbers is within 0.11 of 1 at three
-    // sigmas.
+    // Three standard deviations of the mean of 1600 squared standard normal numbers are 0.11.
     assert!((nees - 1.0).abs() < 0.11, "{nees}, {by_state}");
 }
