@@ -18,6 +18,8 @@
 //! - P. D. Groves, "Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems",
 //!   2nd ed., 2013: ch. 14 (error-state integration).
 
+#[doc(hidden)]
+pub mod bench;
 pub(crate) mod cloning;
 pub(crate) mod covariance;
 pub(crate) mod error_state;
@@ -29,6 +31,7 @@ pub(crate) mod process_noise;
 pub(crate) mod propagation;
 pub(crate) mod recorder;
 pub(crate) mod settings;
+pub(crate) mod setup;
 pub(crate) mod transition;
 
 pub use covariance::Covariance;

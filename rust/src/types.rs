@@ -1,6 +1,7 @@
 //! What passes between the stages: samples, states, solutions, trajectories and health.
 
 pub mod health;
+pub(crate) mod health_settings;
 pub mod nav_state;
 pub mod rate;
 pub(crate) mod row_buffer;

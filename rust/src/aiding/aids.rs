@@ -2,20 +2,20 @@
 //!
 //! A new aid is a file beside this one and an entry in each of the lists below.
 
-use nalgebra::Vector3;
-
 use crate::aiding::aid::{Aid, Epoch, Outcome};
 use crate::aiding::gravity_tilt::GravityTilt;
 use crate::aiding::iaa::Iaa;
 use crate::aiding::magnetic_heading::MagneticHeading;
+use crate::aiding::magnetometer_settings::MagnetometerConfig;
 use crate::aiding::zero_angular_rate::ZeroAngularRate;
 use crate::aiding::zero_velocity::ZeroVelocity;
-use crate::config::Config;
 use crate::error::DataError;
 use crate::filter::error_state::Block;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::settings::FilterConfig;
 use crate::ins::interval::Interval;
+use crate::ins::strapdown::Strapdown;
 use crate::math::simd::Simd;
 use crate::types::nav_state::NavState;
 use crate::types::sample::{ImuSample, MagSample};
@@ -84,15 +84,19 @@ pub(crate) struct Aids {
 }
 
 impl Aids {
-    /// The Earth rate is in n, rad/s.
-    pub(crate) fn new(config: &Config, earth_rate: Vector3<f64>) -> Self {
-        let (filter, gravity) = (&config.filter, config.gravity());
+    /// The aids for a mechanization.
+    pub(crate) fn new(
+        filter: &FilterConfig,
+        magnetometer: &MagnetometerConfig,
+        strapdown: &Strapdown,
+    ) -> Self {
+        let &Strapdown { gravity, earth_rate, .. } = strapdown;
         Self {
             gravity_tilt: GravityTilt::new(filter, gravity),
             iaa: Iaa::new(filter, gravity),
             zero_velocity: ZeroVelocity::new(filter),
             zero_angular_rate: ZeroAngularRate::new(filter, earth_rate),
-            magnetic_heading: MagneticHeading::new(&config.magnetometer),
+            magnetic_heading: MagneticHeading::new(magnetometer),
             position_is_due: false,
         }
     }

@@ -5,11 +5,12 @@ use std::hint::black_box;
 use nalgebra::Vector3;
 
 use crate::aiding::aids::Reading;
-use crate::config::{Config, CorrectionKind};
+use crate::config::Config;
 use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};
+use crate::gait::correction;
+use crate::gait::correction::CorrectionKind;
 use crate::gait::stride::Stride;
-use crate::pipeline::gait_correction;
 use crate::pipeline::health_monitor::Health;
 use crate::pipeline::navigator::Navigator;
 use crate::progress::{CHUNK, no_progress};
@@ -151,7 +152,7 @@ impl Batch {
         let Output { trajectory, newest, free_inertial } = &mut self.output;
         newest.flush(trajectory);
         let velocities = free_inertial.as_deref().unwrap_or_default();
-        gait_correction::correct(self.correction, trajectory, velocities);
+        correction::correct(self.correction, trajectory, velocities);
         let strides = self.strides();
         Ok((self.output.trajectory, health, strides))
     }

@@ -2,8 +2,8 @@
 
 use crate::aiding::aid::Outcome;
 use crate::aiding::aids::PerAid;
-use crate::config::HealthConfig;
 use crate::types::health::Flags;
+use crate::types::health_settings::HealthConfig;
 
 /// Events and updates since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

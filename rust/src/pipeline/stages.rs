@@ -71,7 +71,7 @@ pub(super) enum Phase<S> {
 
 impl<S: Simd> Phase<S> {
     fn new(config: &Config, strapdown: &Strapdown) -> Self {
-        let aids = Aids::new(config, strapdown.earth_rate);
+        let aids = Aids::new(&config.filter, &config.magnetometer, strapdown);
         Self::Aligning(Alignment::new(config.alignment.clone(), strapdown), aids)
     }
 

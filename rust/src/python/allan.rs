@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::allan::{Curve, averaging_factors};
-use crate::python::matrix;
+use crate::python::conversion::matrix;
 
 /// Channels of a sensor.
 const AXES: usize = 3;

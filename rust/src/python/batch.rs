@@ -10,11 +10,12 @@ use crate::detectors::scripted::Scripted;
 use crate::error::Error;
 use crate::pipeline::batch::Batch;
 use crate::python::block::Block;
+use crate::python::conversion::from_json;
 use crate::python::detector::{Failure, PyDetector};
+use crate::python::errors::DataError;
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
-use crate::python::{DataError, from_json};
 
 /// Samples that are copied out of `NumPy`'s memory at once, so that the copy stays near the
 /// processor.

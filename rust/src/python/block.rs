@@ -10,7 +10,7 @@ use numpy::{
 use pyo3::prelude::*;
 
 use crate::error::Error;
-use crate::python::DataError;
+use crate::python::errors::DataError;
 use crate::types::sample::{ImuSample, MagSample};
 
 /// Stamps, specific force and angular rate.

@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use pyo3::prelude::*;
 
-use crate::python::BusyError;
+use crate::python::errors::BusyError;
 
 /// What only one call at a time may work on; another one is told so instead of waiting, since the
 /// state that it would find depends on who comes first.

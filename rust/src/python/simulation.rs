@@ -7,7 +7,8 @@ use pyo3::types::PyDict;
 use serde::Deserialize;
 
 use crate::python::block::Block;
-use crate::python::{ConfigError, check_signals, from_json, matrix, to_json};
+use crate::python::conversion::{check_signals, from_json, matrix, to_json};
+use crate::python::errors::ConfigError;
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
 /// All that a simulation needs.

@@ -1,11 +1,11 @@
 //! The smoother that the settings ask for.
 
-use crate::config::{SmootherConfig, SmootherKind};
 use crate::filter::covariance::Covariance;
 use crate::math::simd::Simd;
 use crate::smoother::fixed_interval::FixedInterval;
 use crate::smoother::fixed_lag::FixedLag;
 use crate::smoother::segment::Segment;
+use crate::smoother::settings::{SmootherConfig, SmootherKind};
 use crate::types::rate::samples;
 use crate::types::solution::Solution;
 
