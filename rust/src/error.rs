@@ -158,6 +158,16 @@ pub enum DataError {
         "magnetometer.heading is set, but there is no reading of a magnetometer: hand its readings over with the samples (mag), or leave the setting out"
     )]
     NoField,
+    /// A reading of an aid cannot be used.
+    #[error("the reading at {time} s has {found}; expected {expected}")]
+    InvalidReading {
+        /// Stamp of the reading, s.
+        time: f64,
+        /// What is wrong with it, with the values.
+        found: String,
+        /// What a reading needs.
+        expected: &'static str,
+    },
     /// The reading of the magnetometer carries no heading.
     #[error("the magnetic field {field:?} has no horizontal part, so it gives no heading")]
     VerticalField {
