@@ -29,6 +29,7 @@ pub mod simulation;
 mod smoother;
 pub mod types;
 
+pub use aiding::Reading;
 pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use gait::Stride;

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::aiding::Aids;
 use crate::aiding::aid::Epoch;
-use crate::aiding::aids::Aids;
 use crate::detectors::detector::Decision;
 use crate::error::NumericalError;
 use crate::filter::error_state_filter::ErrorStateFilter;

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use nalgebra::Vector3;
 
-use crate::aiding::aids::Reading;
+use crate::aiding::Reading;
 use crate::config::Config;
 use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};

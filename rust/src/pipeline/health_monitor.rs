@@ -1,7 +1,7 @@
 //! Health of the solution: the quality flags at each sample, and counters of events and updates.
 
+use crate::aiding::PerAid;
 use crate::aiding::aid::Outcome;
-use crate::aiding::aids::PerAid;
 use crate::types::health::Flags;
 use crate::types::health_settings::HealthConfig;
 

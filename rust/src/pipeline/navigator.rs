@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::aiding::aids::Reading;
+use crate::aiding::Reading;
 use crate::config::Config;
 use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error, NumericalError};

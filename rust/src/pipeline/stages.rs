@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::aiding::aids::{Aids, Reading};
+use crate::aiding::{Aids, Reading};
 use crate::calibration::Calibrator;
 use crate::config::Config;
 use crate::detectors::detector::{Decision, Detector};
