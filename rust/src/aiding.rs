@@ -10,6 +10,7 @@ pub(crate) mod iaa;
 pub(crate) mod lever_arm;
 pub(crate) mod magnetic_heading;
 pub(crate) mod magnetometer_settings;
+pub mod position_fix;
 pub(crate) mod zero_angular_rate;
 pub(crate) mod zero_velocity;
 pub(crate) mod zupt_correlation;
@@ -19,6 +20,7 @@ use crate::aiding::gravity_tilt::GravityTilt;
 use crate::aiding::iaa::Iaa;
 use crate::aiding::magnetic_heading::MagneticHeading;
 use crate::aiding::magnetometer_settings::MagnetometerConfig;
+use crate::aiding::position_fix::{PositionFix, PositionFixes};
 use crate::aiding::zero_angular_rate::ZeroAngularRate;
 use crate::aiding::zero_velocity::ZeroVelocity;
 use crate::error::DataError;
@@ -45,28 +47,52 @@ pub struct PerAid<T> {
     pub zero_angular_rate: T,
     /// Magnetic heading.
     pub magnetic_heading: T,
+    /// Position fixes.
+    pub position_fix: T,
 }
 
 /// Number of aids.
-const AIDS: usize = 5;
+const AIDS: usize = 6;
 
 impl<T> PerAid<T> {
     /// Names of the aids.
-    pub const NAMES: [&'static str; AIDS] =
-        ["gravity_tilt", "iaa", "zero_velocity", "zero_angular_rate", "magnetic_heading"];
+    pub const NAMES: [&'static str; AIDS] = [
+        "gravity_tilt",
+        "iaa",
+        "zero_velocity",
+        "zero_angular_rate",
+        "magnetic_heading",
+        "position_fix",
+    ];
 
     /// The values in the order of [`PerAid::NAMES`].
     #[inline]
     pub fn iter(&self) -> std::array::IntoIter<&T, AIDS> {
-        let Self { gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading } = self;
-        [gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading].into_iter()
+        let Self {
+            gravity_tilt,
+            iaa,
+            zero_velocity,
+            zero_angular_rate,
+            magnetic_heading,
+            position_fix,
+        } = self;
+        [gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading, position_fix]
+            .into_iter()
     }
 
     /// As [`PerAid::iter`].
     #[inline]
     pub fn iter_mut(&mut self) -> std::array::IntoIter<&mut T, AIDS> {
-        let Self { gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading } = self;
-        [gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading].into_iter()
+        let Self {
+            gravity_tilt,
+            iaa,
+            zero_velocity,
+            zero_angular_rate,
+            magnetic_heading,
+            position_fix,
+        } = self;
+        [gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading, position_fix]
+            .into_iter()
     }
 }
 
@@ -76,6 +102,14 @@ impl<T> PerAid<T> {
 pub enum Reading {
     /// Of a magnetometer.
     Magnetic(MagSample),
+    /// A position fix.
+    Position(PositionFix),
+}
+
+impl From<PositionFix> for Reading {
+    fn from(fix: PositionFix) -> Self {
+        Self::Position(fix)
+    }
 }
 
 impl From<MagSample> for Reading {
@@ -92,6 +126,7 @@ pub(crate) struct Aids {
     zero_velocity: ZeroVelocity,
     zero_angular_rate: Option<ZeroAngularRate>,
     magnetic_heading: Option<MagneticHeading>,
+    position_fix: Option<PositionFixes>,
     position_is_due: bool,
 }
 
@@ -109,6 +144,7 @@ impl Aids {
             zero_velocity: ZeroVelocity::new(filter),
             zero_angular_rate: ZeroAngularRate::new(filter, earth_rate),
             magnetic_heading: MagneticHeading::new(magnetometer),
+            position_fix: PositionFixes::new(filter),
             position_is_due: false,
         }
     }
@@ -119,6 +155,7 @@ impl Aids {
             Reading::Magnetic(sample) => {
                 self.magnetic_heading.iter_mut().for_each(|aid| aid.push(sample));
             }
+            Reading::Position(fix) => self.position_fix.iter_mut().for_each(|aid| aid.push(fix)),
         }
     }
 
@@ -138,6 +175,7 @@ impl Aids {
         self.zero_velocity.begin(nav, at_rest);
         self.zero_angular_rate.begin(nav, at_rest);
         self.magnetic_heading.begin(nav, at_rest);
+        self.position_fix.begin(nav, at_rest);
     }
 
     /// Follows an interval before the covariance is propagated over it; whether a measurement may be
@@ -150,6 +188,7 @@ impl Aids {
         due.prepare(&mut self.zero_velocity, epoch, simd);
         due.prepare(&mut self.zero_angular_rate, epoch, simd);
         due.prepare(&mut self.magnetic_heading, epoch, simd);
+        due.prepare(&mut self.position_fix, epoch, simd);
         self.position_is_due = due.position;
         due.any
     }
@@ -172,15 +211,17 @@ impl Aids {
         epoch: &Epoch<'_>,
         recorder: &mut impl FilterRecorder,
     ) -> PerAid<Outcome> {
-        let outcomes = PerAid {
+        let mut outcomes = PerAid {
             gravity_tilt: self.gravity_tilt.update(filter, epoch, recorder),
             iaa: self.iaa.update(filter, epoch, recorder),
             zero_velocity: self.zero_velocity.update(filter, epoch, recorder),
             zero_angular_rate: self.zero_angular_rate.update(filter, epoch, recorder),
             magnetic_heading: self.magnetic_heading.update(filter, epoch, recorder),
+            position_fix: Outcome::None,
         };
         if self.position_is_due {
             self.add_position_noise(filter, recorder);
+            outcomes.position_fix = self.position_fix.update(filter, epoch, recorder);
         }
         outcomes
     }
@@ -220,6 +261,7 @@ impl Aids {
         self.zero_velocity.interrupt();
         self.zero_angular_rate.interrupt();
         self.magnetic_heading.interrupt();
+        self.position_fix.interrupt();
     }
 }
 
