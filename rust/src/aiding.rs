@@ -254,7 +254,7 @@ impl Aids {
         }
     }
 
-    /// Discards what the aids know of a motion that a long gap interrupted.
+    /// Discards the state of a motion that a long gap interrupted.
     pub(crate) fn interrupt(&mut self) {
         self.gravity_tilt.interrupt();
         self.iaa.interrupt();

@@ -1,9 +1,9 @@
-//! Fixed-interval smoothing: each state of a walk estimated from what came later, too.
+//! Smoothing: each state estimated from later samples as well.
 //!
 //! The forward pass keeps, for each sample, its estimate and the steps that led there, and the
-//! covariance of one sample in 64.  The backward pass finds the covariances and gains of such a
-//! window again, by the same steps from the one that was kept, and carries the costate λ and the
-//! information Λ of everything that came later back over them,
+//! covariance of one sample in 64.  The backward pass repeats the covariances and gains of such a
+//! window from the stored one, and propagates the costate λ and the information Λ of all later
+//! samples back over them,
 //!
 //! ```text
 //! over a transition     λ <- Fᵀ λ                        Λ <- Fᵀ Λ F
@@ -20,7 +20,7 @@
 //! swing, 566 in the stance.
 //!
 //! # References
-//! - H. E. Rauch, F. Tung, C. T. Striebel, "Maximum Likelihood Estimates of LinearMap Dynamic
+//! - H. E. Rauch, F. Tung, C. T. Striebel, "Maximum Likelihood Estimates of Linear Dynamic
 //!   Systems", AIAA J. 3(8), 1965.
 //! - G. J. Bierman, "Fixed Interval Smoothing with Discrete Measurements", Int. J. Control 18(1),
 //!   1973: the modified Bryson-Frazier form.

@@ -10,7 +10,7 @@ use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
 
-/// The newest sample, the interval that it ends, and what is known of both.
+/// The newest sample and the interval that it ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Epoch<'a> {
     pub(crate) sample: &'a ImuSample,
@@ -71,7 +71,7 @@ pub(crate) trait Aid {
         recorder: &mut impl FilterRecorder,
     ) -> Outcome;
 
-    /// Discards what it knows of a motion that a long gap interrupted.
+    /// Discards its state of a motion that a long gap interrupted.
     fn interrupt(&mut self) {}
 }
 

@@ -46,7 +46,7 @@ pub(crate) struct MagneticHeading {
     reference: Option<Reference>,
 }
 
-/// The field since the foot came to stand.
+/// The field since the start of the stance.
 #[derive(Clone, Copy, Debug, Default)]
 struct StanceField {
     /// Sum of the readings in n, and their number.
@@ -332,7 +332,7 @@ mod tests {
             self.rejected += u64::from(outcome == Outcome::Rejected);
         }
 
-        /// The magnetometer reads the field, in a unit in which rounding tells two readings apart.
+        /// The magnetometer reads the field, with a change that makes two readings distinct.
         fn read_at(&mut self, time: f64, field: &Vector3<f64>) {
             let reading = self.truth.inverse() * field * (1.0 + 1e-9 * time);
             self.aid.push(&MagSample::new(time, reading.into()).unwrap());

@@ -1,5 +1,5 @@
 //! Position fixes: positions that another system measures, such as GNSS, UWB anchors or a surveyed
-//! door.
+//! point.
 //!
 //! # References
 //! P. D. Groves, "Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems", 2nd

@@ -15,10 +15,9 @@ use crate::pipeline::health_monitor::Health;
 use crate::pipeline::navigator::Navigator;
 use crate::progress::{CHUNK, no_progress};
 use crate::types::rate::sample_rate;
-use crate::types::row_buffer::RowBuffer;
 use crate::types::sample::ImuSample;
 use crate::types::solution::Solution;
-use crate::types::trajectory::Trajectory;
+use crate::types::trajectory::{RowBuffer, Trajectory};
 
 /// Tracks a recording that is given in blocks, and post-processes it once all of it is there.
 pub struct Batch {
@@ -169,7 +168,7 @@ impl Batch {
     }
 }
 
-/// Tracks a new_unchecked recording: one row per sample, and the health of the new_unchecked walk.
+/// Tracks a whole recording: one row per sample, and the health of the whole walk.
 ///
 /// # Errors
 /// [`crate::error::ConfigError`] for a setting out of range, [`DataError`] for samples that cannot

@@ -165,7 +165,7 @@ impl<S: Simd> Run<S> {
         Ok(self.post_process(simd, solution))
     }
 
-    /// Passes a solution to the stages after the filter; whether one comes out of them.
+    /// Passes a solution to the stages after the filter; whether there is a new output.
     pub(super) fn post_process(&mut self, simd: S, solution: Solution) -> bool {
         let covariance = self.phase.covariance_if_current();
         if let Some(strides) = &mut self.strides {

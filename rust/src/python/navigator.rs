@@ -25,7 +25,7 @@ use crate::types::trajectory::Trajectory;
 /// takes as long as a sample.
 const SHORT: usize = 100;
 
-/// The solutions that came out, and the health that they came out in; a column becomes an array
+/// New solutions, with the health after them; a column becomes an array
 /// when it is asked for.
 #[pyclass(frozen, name = "Columns", module = "footnav._core")]
 pub(super) struct PyColumns {

@@ -114,7 +114,7 @@ pub(super) fn route(shape: &str, sizes: Vec<f64>) -> PyResult<String> {
     to_json(&route)
 }
 
-/// A whole number that came as a float.
+/// An integer that is given as a float.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
