@@ -67,7 +67,7 @@ impl<T> PerAid<T> {
 
     /// The values in the order of [`PerAid::NAMES`].
     #[inline]
-    pub fn iter(&self) -> std::array::IntoIter<&T, AIDS> {
+    pub fn values(&self) -> std::array::IntoIter<&T, AIDS> {
         let Self {
             gravity_tilt,
             iaa,
@@ -80,9 +80,9 @@ impl<T> PerAid<T> {
             .into_iter()
     }
 
-    /// As [`PerAid::iter`].
+    /// As [`PerAid::values`].
     #[inline]
-    pub fn iter_mut(&mut self) -> std::array::IntoIter<&mut T, AIDS> {
+    pub fn values_mut(&mut self) -> std::array::IntoIter<&mut T, AIDS> {
         let Self {
             gravity_tilt,
             iaa,

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and every estimated error is added to the estimate and forgotten.  The covariance is propagated
-//! and reduced as 3x3 blocks, see [`covariance`], and in the swing over a few steps at once.
+//! and reduced as 3x3 blocks, and in swing in batches of a few intervals.
 //!
 //! # References
 //! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial

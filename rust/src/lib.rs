@@ -26,6 +26,7 @@ mod progress;
 mod python;
 pub mod settings;
 pub mod simulation;
+#[expect(clippy::inline_always, reason = "as math::simd")]
 mod smoother;
 pub mod types;
 

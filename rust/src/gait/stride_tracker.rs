@@ -23,7 +23,7 @@ pub(crate) struct StrideTracker {
     ends: Vec<(usize, NavState)>,
     /// Number of solutions that came out.
     out: usize,
-    /// StrideTracker, and not handed out.
+    /// Measured strides that are not yet output.
     ready: Vec<Stride>,
 }
 

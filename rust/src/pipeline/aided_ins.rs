@@ -95,7 +95,7 @@ impl<S: Simd> AidedIns<S> {
         self.filter.predict(&interval, clipped, noise, !is_due, recorder);
         if is_due {
             let outcomes = self.aids.update(&mut self.filter, &epoch, recorder);
-            health.record_updates(sample.time, &outcomes);
+            health.record_updates(sample.time, outcomes);
             self.filter.check()?;
         } else {
             self.filter.check_prediction()?;

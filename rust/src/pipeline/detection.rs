@@ -8,8 +8,8 @@ use crate::progress::{CHUNK, no_progress};
 use crate::types::rate::whole_hertz;
 use crate::types::sample::ImuSample;
 
-/// The decisions of the configured detector about raw samples at about `rate_hz`, one per sample:
-/// those that a navigator would process_block.
+/// The decisions of the configured detector about raw samples at about `rate_hz`, one per sample: as
+/// in a navigator.
 ///
 /// # Errors
 /// [`ConfigError`] for a setting or a rate out of range.

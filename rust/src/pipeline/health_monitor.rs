@@ -44,8 +44,8 @@ impl UpdateCount {
 
 impl PerAid<UpdateCount> {
     #[inline]
-    fn add(&mut self, outcomes: &PerAid<Outcome>) {
-        for (count, outcome) in self.iter_mut().zip(outcomes.iter()) {
+    fn add(&mut self, outcomes: PerAid<Outcome>) {
+        for (count, outcome) in self.values_mut().zip(outcomes.values()) {
             count.add(*outcome);
         }
     }
@@ -100,7 +100,7 @@ impl HealthMonitor {
 
     /// Counts the outcomes of the aids at one sample.
     #[inline]
-    pub(crate) fn record_updates(&mut self, time: f64, outcomes: &PerAid<Outcome>) {
+    pub(crate) fn record_updates(&mut self, time: f64, outcomes: PerAid<Outcome>) {
         self.updates.add(outcomes);
         match outcomes.zero_velocity {
             Outcome::None => {}
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(monitor.assess(2.9, Flags::empty(), || 0.0).status(), Status::Ok);
         assert_eq!(monitor.assess(3.1, Flags::empty(), || 0.0), Flags::NO_ZERO_VELOCITY);
         assert_eq!(monitor.assess(15.1, Flags::empty(), || 0.0).status(), Status::Invalid);
-        monitor.record_updates(15.2, &accepted_zero_velocity());
+        monitor.record_updates(15.2, accepted_zero_velocity());
         assert_eq!(monitor.assess(15.2, Flags::empty(), || 0.0), Flags::LOST);
     }
 

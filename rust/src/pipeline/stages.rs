@@ -20,7 +20,7 @@ use crate::pipeline::delay_line::{DelayLine, PendingSample};
 use crate::pipeline::fine_levelling::FineLevelling;
 use crate::pipeline::health_monitor::{Counters, Health, HealthMonitor};
 use crate::pipeline::validation::InputValidator;
-use crate::smoother::smoother::Smoother;
+use crate::smoother::Smoother;
 use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
