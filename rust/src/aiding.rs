@@ -15,7 +15,7 @@ pub(crate) mod zero_angular_rate;
 pub(crate) mod zero_velocity;
 pub(crate) mod zupt_correlation;
 
-use crate::aiding::aid::{Aid, Epoch, Outcome};
+use crate::aiding::aid::{Aid, Epoch, Outcome, UpdateCount};
 use crate::aiding::gravity_tilt::GravityTilt;
 use crate::aiding::iaa::Iaa;
 use crate::aiding::magnetic_heading::MagneticHeading;
@@ -27,73 +27,28 @@ use crate::error::DataError;
 use crate::filter::error_state::Block;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
-use crate::filter::settings::FilterConfig;
+use crate::filter::settings::{AttitudeUpdate, FilterConfig};
 use crate::ins::interval::Interval;
 use crate::ins::strapdown::Strapdown;
 use crate::math::simd::Simd;
 use crate::types::nav_state::NavState;
 use crate::types::sample::{ImuSample, MagSample};
 
-/// One value for each aid.
+/// Updates by each aid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PerAid<T> {
+pub struct UpdateCounters {
     /// Roll and pitch from gravity.
-    pub gravity_tilt: T,
+    pub gravity_tilt: UpdateCount,
     /// Accelerometer attitude as published.
-    pub iaa: T,
+    pub iaa: UpdateCount,
     /// Zero-velocity updates.
-    pub zero_velocity: T,
+    pub zero_velocity: UpdateCount,
     /// Zero-angular-rate updates.
-    pub zero_angular_rate: T,
+    pub zero_angular_rate: UpdateCount,
     /// Magnetic heading.
-    pub magnetic_heading: T,
+    pub magnetic_heading: UpdateCount,
     /// Position fixes.
-    pub position_fix: T,
-}
-
-/// Number of aids.
-const AIDS: usize = 6;
-
-impl<T> PerAid<T> {
-    /// Names of the aids.
-    pub const NAMES: [&'static str; AIDS] = [
-        "gravity_tilt",
-        "iaa",
-        "zero_velocity",
-        "zero_angular_rate",
-        "magnetic_heading",
-        "position_fix",
-    ];
-
-    /// The values in the order of [`PerAid::NAMES`].
-    #[inline]
-    pub fn values(&self) -> std::array::IntoIter<&T, AIDS> {
-        let Self {
-            gravity_tilt,
-            iaa,
-            zero_velocity,
-            zero_angular_rate,
-            magnetic_heading,
-            position_fix,
-        } = self;
-        [gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading, position_fix]
-            .into_iter()
-    }
-
-    /// As [`PerAid::values`].
-    #[inline]
-    pub fn values_mut(&mut self) -> std::array::IntoIter<&mut T, AIDS> {
-        let Self {
-            gravity_tilt,
-            iaa,
-            zero_velocity,
-            zero_angular_rate,
-            magnetic_heading,
-            position_fix,
-        } = self;
-        [gravity_tilt, iaa, zero_velocity, zero_angular_rate, magnetic_heading, position_fix]
-            .into_iter()
-    }
+    pub position_fix: UpdateCount,
 }
 
 /// A reading beside those of the inertial measurement unit.
@@ -127,7 +82,12 @@ pub(crate) struct Aids {
     zero_angular_rate: Option<ZeroAngularRate>,
     magnetic_heading: Option<MagneticHeading>,
     position_fix: Option<PositionFixes>,
+    /// Whether the accelerometer indicates the attitude.
+    indicates_attitude: bool,
+    /// Whether there was a reading of another sensor.
+    has_readings: bool,
     position_is_due: bool,
+    counters: UpdateCounters,
 }
 
 impl Aids {
@@ -145,12 +105,16 @@ impl Aids {
             zero_angular_rate: ZeroAngularRate::new(filter, earth_rate),
             magnetic_heading: MagneticHeading::new(magnetometer),
             position_fix: PositionFixes::new(filter),
+            indicates_attitude: filter.attitude_update != AttitudeUpdate::None,
+            has_readings: false,
             position_is_due: false,
+            counters: UpdateCounters::default(),
         }
     }
 
     /// Takes a reading; one of an aid that the settings do not ask for is ignored.
     pub(crate) fn push(&mut self, reading: &Reading) {
+        self.has_readings = true;
         match reading {
             Reading::Magnetic(sample) => {
                 self.magnetic_heading.iter_mut().for_each(|aid| aid.push(sample));
@@ -183,12 +147,12 @@ impl Aids {
     #[inline(always)]
     pub(crate) fn prepare(&mut self, epoch: &Epoch<'_>, simd: impl Simd) -> bool {
         let mut due = Due { any: epoch.stance, position: false };
-        due.prepare(&mut self.gravity_tilt, epoch, simd);
-        due.prepare(&mut self.iaa, epoch, simd);
         due.prepare(&mut self.zero_velocity, epoch, simd);
         due.prepare(&mut self.zero_angular_rate, epoch, simd);
-        due.prepare(&mut self.magnetic_heading, epoch, simd);
-        due.prepare(&mut self.position_fix, epoch, simd);
+        if self.has_readings {
+            due.prepare(&mut self.magnetic_heading, epoch, simd);
+            due.prepare(&mut self.position_fix, epoch, simd);
+        }
         self.position_is_due = due.position;
         due.any
     }
@@ -203,27 +167,36 @@ impl Aids {
         self.zero_velocity.position_noise()
     }
 
-    /// Updates the filter at the end of an interval.
+    /// Updates the filter at the end of an interval; returns the outcome of the zero-velocity update.
     #[inline(always)]
     pub(crate) fn update<S: Simd>(
         &mut self,
         filter: &mut ErrorStateFilter<S>,
         epoch: &Epoch<'_>,
         recorder: &mut impl FilterRecorder,
-    ) -> PerAid<Outcome> {
-        let mut outcomes = PerAid {
-            gravity_tilt: self.gravity_tilt.update(filter, epoch, recorder),
-            iaa: self.iaa.update(filter, epoch, recorder),
-            zero_velocity: self.zero_velocity.update(filter, epoch, recorder),
-            zero_angular_rate: self.zero_angular_rate.update(filter, epoch, recorder),
-            magnetic_heading: self.magnetic_heading.update(filter, epoch, recorder),
-            position_fix: Outcome::None,
-        };
+    ) -> Outcome {
+        let count = &mut self.counters;
+        if self.indicates_attitude {
+            count.gravity_tilt.add(self.gravity_tilt.update(filter, epoch, recorder));
+            count.iaa.add(self.iaa.update(filter, epoch, recorder));
+        }
+        let zero_velocity = self.zero_velocity.update(filter, epoch, recorder);
+        count.zero_velocity.add(zero_velocity);
+        count.zero_angular_rate.add(self.zero_angular_rate.update(filter, epoch, recorder));
+        if self.has_readings {
+            count.magnetic_heading.add(self.magnetic_heading.update(filter, epoch, recorder));
+        }
         if self.position_is_due {
             self.add_position_noise(filter, recorder);
-            outcomes.position_fix = self.position_fix.update(filter, epoch, recorder);
+            let outcome = self.position_fix.update(filter, epoch, recorder);
+            self.counters.position_fix.add(outcome);
         }
-        outcomes
+        zero_velocity
+    }
+
+    /// Updates since the start.
+    pub(crate) fn counters(&self) -> &UpdateCounters {
+        &self.counters
     }
 
     /// Adds the position noise of this interval before the position is observed, which weighs it.

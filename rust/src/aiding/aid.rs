@@ -47,6 +47,26 @@ impl Outcome {
     }
 }
 
+/// Updates by one aid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UpdateCount {
+    /// Measurements that the filter used.
+    pub accepted: u64,
+    /// Measurements that a test rejected.
+    pub rejected: u64,
+}
+
+impl UpdateCount {
+    #[inline(always)]
+    pub(crate) fn add(&mut self, outcome: Outcome) {
+        match outcome {
+            Outcome::None => {}
+            Outcome::Accepted => self.accepted += 1,
+            Outcome::Rejected => self.rejected += 1,
+        }
+    }
+}
+
 /// A source of measurements for the filter.
 pub(crate) trait Aid {
     /// The block of error states that its measurements observe; none while it makes none.

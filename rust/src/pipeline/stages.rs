@@ -416,7 +416,7 @@ impl<S: Simd> Stages<S> {
         let latest = self.with_latest(|solution| *solution);
         let without = if self.run.failure.is_some() { Flags::LOST } else { Flags::ALIGNING };
         let std = latest.map_or(Vector3::zeros(), |solution| solution.position_std);
-        let updates = self.run.health.updates;
+        let updates = *self.run.phase.aids().counters();
         Health {
             flags: latest.map_or(without, |solution| solution.flags),
             counters: Counters { updates, ..self.run.validator.counters },
