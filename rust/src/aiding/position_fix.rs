@@ -53,7 +53,8 @@ impl PositionFix {
             });
         }
         let matrix = Matrix3::from_fn(|row, column| covariance[row][column]);
-        if matrix != matrix.transpose() || matrix.cholesky().is_none() {
+        let is_finite = matrix.sum().is_finite();
+        if !is_finite || matrix != matrix.transpose() || matrix.cholesky().is_none() {
             return Err(DataError::InvalidReading {
                 time,
                 found: format!("the covariance {covariance:?}"),
