@@ -78,7 +78,7 @@ def plot_track(
         When matplotlib is missing.
     """
     _check_not_empty(traj)
-    ax = _axes(ax, "x or east (m)", "y or north (m)")
+    ax = style_axes(ax, "x or east (m)", "y or north (m)")
     if truth is not None:
         position = true_positions(traj, truth)
         position = find_alignment(traj.position, position, align).undo(position)
@@ -100,7 +100,7 @@ def plot_height(
 ) -> Axes:
     """Draw the height over time; parameters, errors and return value as for `plot_track`."""
     _check_not_empty(traj)
-    ax = _axes(ax, "time (s)", "height (m)")
+    ax = style_axes(ax, "time (s)", "height (m)")
     if truth is not None:
         position = true_positions(traj, truth)
         position = find_alignment(traj.position, position, align).undo(position)
@@ -135,7 +135,7 @@ def plot_velocity(traj: Trajectory, ax: Axes | None = None) -> Axes:
         When matplotlib is missing.
     """
     _check_not_empty(traj)
-    ax = _axes(ax, "time (s)", "speed (m/s)")
+    ax = style_axes(ax, "time (s)", "speed (m/s)")
     _shade(ax, traj.t, traj.zero_velocity)
     ax.plot(traj.t, np.linalg.norm(traj.velocity, axis=1), color=TRACK, lw=0.9)
     ax.set_ylim(bottom=0)
@@ -170,7 +170,7 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
         raise DataError(
             "the detection is empty, or its statistic or threshold is nowhere positive: nothing to draw"
         )
-    ax = _axes(ax, "time (s)", "detector statistic")
+    ax = style_axes(ax, "time (s)", "detector statistic")
     _shade(ax, t, detection.decision)
     ax.set_yscale("log")
     ax.plot(t, np.where(statistic > 0, statistic, np.nan), color=INK, lw=0.7)
@@ -220,7 +220,7 @@ def plot_conditions(recording: Recording, detector: ThreeCondition | None = None
     detector = detector or ThreeCondition()
     every: tuple[Condition, ...] = get_args(Condition)
     panels = [*((condition,) for condition in every), every]
-    figure = _figure((8, 8))
+    figure = make_figure((8, 8))
     for ax, conditions in zip(figure.subplots(len(panels), sharex=True), panels, strict=True):
         plot_detector(detect(recording, detector.replace(conditions=conditions)), ax)
         ax.set_ylabel(conditions[0] if len(conditions) == 1 else "all")
@@ -264,7 +264,7 @@ def overview(
         When matplotlib is missing.
     """
     rows = 3 if detection is not None else 2
-    figure = _figure((11, 6))
+    figure = make_figure((11, 6))
     grid = figure.add_gridspec(rows, 2, width_ratios=(1.35, 1))
     plot_track(traj, truth, figure.add_subplot(grid[:, 0]), align=align)
     beside = [figure.add_subplot(grid[0, 1])]
@@ -343,7 +343,7 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
     FootnavError
         When matplotlib is missing.
     """
-    figure = _figure((7, 8))
+    figure = make_figure((7, 8))
     panels = {
         "gyro": ("gyroscope (deg/h)", np.degrees(3600.0)),
         "accel": ("accelerometer (mg)", 1e3 / STANDARD_GRAVITY),
@@ -351,7 +351,7 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
     for ax, (sensor, (label, factor)) in zip(
         figure.subplots(2, sharex=True), panels.items(), strict=True
     ):
-        _axes(ax, "averaging time (s)", f"Allan deviation of the {label}")
+        style_axes(ax, "averaging time (s)", f"Allan deviation of the {label}")
         ax.set(xscale="log", yscale="log")
         for column, channel in enumerate(deviation.channels):
             if channel.startswith(sensor):
@@ -428,7 +428,7 @@ def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
         figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=150)
 
 
-def _figure(size: tuple[float, float]) -> Figure:
+def make_figure(size: tuple[float, float]) -> Figure:
     """Make a figure that pyplot does not manage."""
     figure: Figure = require("matplotlib.figure", "footnav[plot]").Figure(
         figsize=size, layout="constrained"
@@ -436,10 +436,10 @@ def _figure(size: tuple[float, float]) -> Figure:
     return figure
 
 
-def _axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
+def style_axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
     """Sober axes, new ones if there are none."""
     if ax is None:
-        ax = _figure((6, 4.5)).add_subplot()
+        ax = make_figure((6, 4.5)).add_subplot()
     ax.set_xlabel(xlabel, color=INK, fontsize=9)
     ax.set_ylabel(ylabel, color=INK, fontsize=9)
     ax.spines[["top", "right"]].set_visible(False)

@@ -13,7 +13,6 @@ from rich.text import Text
 
 from footnav.evaluation import Evaluation
 from footnav.noise import AxisNoise, Figure, NoiseFigures
-from footnav.papers import Row
 from footnav.recording import STANDARD_GRAVITY
 from footnav.trajectory import Summary
 
@@ -176,39 +175,3 @@ def _table(first: str, *others: str) -> Table:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.1f} %"
-
-
-def beside_papers(rows: Sequence[Row]) -> Table:
-    """Put our figures beside those of the papers.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        One for each approach, those of an experiment one after the other.
-
-    Returns
-    -------
-    Table
-        A row for each of them.
-    """
-    table = _table("experiment", "approach", "paper", "median", "90 %", "", "met", "walks")
-    before = None
-    for row in rows:
-        title = f"{row.reference} {row.experiment}"
-        table.add_row(
-            Text("" if title == before else title),
-            Text(row.approach or row.note[: row.note.find(";")]),
-            *(_figure(figure) for figure in (row.paper, row.ours_median, row.ours_p90)),
-            row.unit,
-            {None: "", True: "yes", False: "no"}[row.met],
-            f"{row.seeds}",
-        )
-        before = title
-    return table
-
-
-def _figure(value: float | None) -> str:
-    """Write a figure to a hundredth, or to the unit where it is large."""
-    if value is None:
-        return ""
-    return f"{value:.2f}" if value < 100 else f"{value:,.0f}"

@@ -4,8 +4,8 @@ import math
 
 from footnav.config import Config, Mechanization
 from footnav.detectors import AdaptiveShoe, MagnitudeVariance
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
+from papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 
 RATE_HZ = 200.0
 STEPS = 32

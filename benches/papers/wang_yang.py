@@ -2,8 +2,8 @@
 
 from footnav.config import Config
 from footnav.detectors import ThreeCondition
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
+from papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 
 RATE_HZ = 200.0
 LIMIT = 2.0

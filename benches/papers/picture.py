@@ -13,8 +13,8 @@ import numpy as np
 from footnav.errors import FootnavWarning
 from footnav.export.atomic import replacing
 from footnav.export.library import require
-from footnav.papers.run import Outcome, follow
-from footnav.plot import FAINT, INK, TRACK, TRUTH, _axes, _figure
+from footnav.plot import FAINT, INK, TRACK, TRUTH, make_figure, style_axes
+from papers.run import Outcome, follow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,10 +46,10 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
         When the file cannot be written, or matplotlib is missing.
     """
     experiment = outcomes[0].experiment
-    figure = _figure((11, 4.8))
+    figure = make_figure((11, 4.8))
     from_above, errors = figure.subplots(1, 2, width_ratios=(1, 1.1))
-    _draw_tracks(outcomes, _axes(from_above, "x or east (m)", "y or north (m)"))
-    _draw_errors(outcomes, _axes(errors, f"error ({experiment.unit})", ""))
+    _draw_tracks(outcomes, style_axes(from_above, "x or east (m)", "y or north (m)"))
+    _draw_errors(outcomes, style_axes(errors, f"error ({experiment.unit})", ""))
     figure.suptitle(
         f"{experiment.paper}: {experiment.title}",
         x=0.01,

@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footnav.cli import main
 from footnav.errors import ConfigError, DataError, FootnavWarning
-from footnav.papers import PAPERS, Outcome, Row, abdulrahim, experiments_of, run, wang_liu, wu
-from footnav.papers.experiment import Experiment, Simulated, Walk, closing_error, gait_at
-from footnav.papers.picture import draw
-from footnav.papers.report import write_json
 from footnav.simulation import Route, SensorErrors, simulate
 from footnav.tracking import track
+from papers import PAPERS, abdulrahim, experiments_of, wang_liu, wu
+from papers.command import main
+from papers.experiment import Experiment, Simulated, Walk, closing_error, gait_at
+from papers.picture import draw
+from papers.report import Row, write_json
+from papers.run import Outcome, run
 
 SEEDS = 3
 KEYS = {
@@ -170,7 +171,7 @@ def test_rows_of_the_command(
     """One for each experiment and approach, with every key; what is missing is said."""
     monkeypatch.delenv("FOOTNAV_DATA", raising=False)
     path = tmp_path / "out.json"
-    assert main(["papers", "--paper", "P3", "--seeds", "1", "--json", str(path)]) == 0
+    assert main(["--paper", "P3", "--seeds", "1", "--json", str(path)]) == 0
     rows = json.loads(path.read_text())
     assert len(rows) == sum(len(experiment.approaches) for experiment in experiments_of("P3")) + 1
     for row in rows:
@@ -208,7 +209,7 @@ def test_misuse_is_said(
     arguments: list[str], status: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In one line, before anything is run."""
-    assert main(["papers", *arguments]) == status
+    assert main(arguments) == status
     out, err = capsys.readouterr()
     assert out == ""
     assert message in err

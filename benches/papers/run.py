@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footnav.errors import FootnavWarning
-from footnav.papers.experiment import Approach, Experiment
 from footnav.recording import Recording
 from footnav.tracking import track
+from papers.experiment import Approach, Experiment
 
 if TYPE_CHECKING:
     from footnav.trajectory import Trajectory

@@ -12,7 +12,9 @@ import numpy as np
 from footnav.config import Config, Correction, Sensor, Smoother
 from footnav.detectors import MagnitudeDebounced
 from footnav.errors import DataError
-from footnav.papers.experiment import (
+from footnav.recording import Recording
+from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
+from papers.experiment import (
     ZUPT_ALONE,
     Approach,
     Experiment,
@@ -22,8 +24,6 @@ from footnav.papers.experiment import (
     gait_at,
     standing,
 )
-from footnav.recording import Recording
-from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
 
 RATE_HZ = 100.0
 SPEED = 1.0

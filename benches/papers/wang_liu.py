@@ -2,8 +2,8 @@
 
 from footnav.config import Alignment, Config, Mechanization
 from footnav.detectors import WindowedEnergies
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, gait_at, standing
 from footnav.simulation import Route, SensorErrors
+from papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, gait_at, standing
 
 RATE_HZ = 100.0
 SENSOR = SensorErrors.preset("mti-g710")

@@ -6,14 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from footnav.errors import ConfigError, nearest
-from footnav.papers import abdulrahim, wang_liu, wang_yang, wu
-from footnav.papers.report import Row
-from footnav.papers.run import Outcome, run
+from papers import abdulrahim, wang_liu, wang_yang, wu
 
 if TYPE_CHECKING:
-    from footnav.papers.experiment import Experiment
+    from papers.experiment import Experiment
 
-__all__ = ["PAPERS", "Outcome", "Row", "experiments_of", "run"]
+__all__ = ["PAPERS", "experiments_of"]
 
 PAPERS = {
     "P1": wu.experiments,

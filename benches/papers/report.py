@@ -11,7 +11,7 @@ import msgspec
 from footnav.export.atomic import replacing
 
 if TYPE_CHECKING:
-    from footnav.papers.run import Outcome
+    from papers.run import Outcome
 
 RANGES_UNKNOWN = "the filter is not told the ranges"
 
