@@ -31,7 +31,7 @@ from rich.progress import track as progress
 
 from footnav import AdaptiveShoe, Config, FootnavWarning, Recording, Shoe, Smoother, read, track
 from footnav.evaluation import YAW_DISTANCE, path_length
-from footnav.trajectory import Displacement
+from footnav.summary import Displacement
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

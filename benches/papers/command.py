@@ -11,7 +11,7 @@ from cyclopts import App, Parameter
 from footnav.cli.console import attending, caution, make_folder, print_table
 from footnav.cli.run import run_app
 from footnav.errors import ConfigError
-from footnav.export.library import require
+from footnav.optional import require
 from papers import experiments_of
 from papers.picture import draw
 from papers.report import Row, write_json

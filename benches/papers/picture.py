@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footnav.errors import FootnavWarning
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.plot import FAINT, INK, TRACK, TRUTH, make_figure, style_axes
 from papers.run import Outcome, follow
 

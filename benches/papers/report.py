@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from footnav.export.atomic import replacing
+from footnav.files import replacing
 
 if TYPE_CHECKING:
     from papers.run import Outcome

@@ -36,10 +36,10 @@ from .io import read
 from .many import Outcome, track_many
 from .navigator import Navigator, State
 from .noise import AxisNoise, Figure, NoiseFigures
+from .protocols import StanceDetector
 from .recording import Recording
 from .simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate, simulate_rest
-from .stance import StanceDetector
-from .steps import Steps, Stride
+from .strides import Stride, Strides
 from .tracking import track
 from .trajectory import Trajectory
 
@@ -88,8 +88,8 @@ __all__ = [
     "StanceDetector",
     "State",
     "Status",
-    "Steps",
     "Stride",
+    "Strides",
     "ThreeCondition",
     "Trajectory",
     "TriadErrors",

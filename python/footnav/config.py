@@ -329,7 +329,7 @@ class Output(Section, frozen=True, kw_only=True):
     frame : {"enu", "ned"}
         Frame of positions, velocities and attitudes in files.
     strides : bool
-        Keep the strides as the filter finds them, with the covariance of each: `Trajectory.steps`
+        Keep the strides as the filter finds them, with the covariance of each: `Trajectory.strides`
         then carries it, and `Navigator.strides` hands them out.
     """
 

@@ -56,7 +56,7 @@ def save_settings(settings: Section, path: str | PathLike[str]) -> None:
     """Write settings as TOML; the file is the old one or the whole new one."""
     import tomli_w
 
-    from footnav.export.atomic import replacing
+    from footnav.files import replacing
 
     with replacing(path) as file:
         tomli_w.dump(_without_none(msgspec.json.decode(encode(settings))), file)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from footnav import _core
 from footnav.config import Config
 from footnav.detectors import Detector, default_detector
+from footnav.protocols import StanceDetector
 from footnav.section import Section
-from footnav.stance import StanceDetector
 
 if TYPE_CHECKING:
     import numpy as np

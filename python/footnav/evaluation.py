@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footnav.errors import ConfigError, DataError, FootnavWarning
-from footnav.trajectory import Displacement, Trajectory
+from footnav.summary import Displacement
+from footnav.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 Truth = Trajectory | ArrayLike | tuple[ArrayLike, ArrayLike]

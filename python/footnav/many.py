@@ -28,7 +28,7 @@ from footnav.errors import DataError
 from footnav.io import read
 from footnav.recording import Recording
 from footnav.tracking import track_quietly
-from footnav.trajectory import Trajectory
+from footnav.trajectory import Trajectory, load_trajectory
 
 Source: TypeAlias = "Recording | str | os.PathLike[str]"
 Reader: TypeAlias = "Callable[[Path], Recording]"
@@ -72,8 +72,6 @@ class Outcome:
             raise self.error
         assert self._track is not None
         if isinstance(self._track, Path):
-            from footnav.export import load_trajectory
-
             return load_trajectory(self._track)
         return self._track
 

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footnav import _core
 from footnav.config import DEFAULTS, Config
 from footnav.errors import DataError
+from footnav.georeference import georeference
 from footnav.health import Health
+from footnav.lazy_trajectory import LazyTrajectory
 from footnav.recording import to_floats
-from footnav.steps import Steps, Stride
-from footnav.trajectory import Trajectory
+from footnav.strides import Strides
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Self
 
-    from footnav.stance import StanceDetector
+    from footnav.protocols import StanceDetector
+    from footnav.trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +123,7 @@ class Navigator(_core.Navigator):
         """Remember the settings."""
         self.config = config or DEFAULTS
         self.rate_hz = rate_hz
-        self._placed = placed(self.config)
+        self._georeference = georeference(self.config)
 
     def push_block(
         self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, mag: ArrayLike | None = None
@@ -160,7 +162,7 @@ class Navigator(_core.Navigator):
             return self.push_block(
                 _floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field
             )
-        return Trajectory.of_block(found, self._placed)
+        return LazyTrajectory.of_columns(found, self._georeference)
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.
@@ -172,27 +174,27 @@ class Navigator(_core.Navigator):
         NumericalError
             The filter cannot go on.
         """
-        return Trajectory.of_block(self._flush_columns(), self._placed)
+        return LazyTrajectory.of_columns(self._flush_columns(), self._georeference)
 
-    def strides(self) -> list[Stride]:
-        """Return the strides that came to be known since the last call.
+    def strides(self) -> Strides:
+        """Return the strides that were completed since the last call.
 
-        A stride is known once the foot has left the stance that it ends in for 0.1 s, has stood
-        there for 0.5 s, or the data were ended; and with a step-wise smoother when both of its ends
-        came out.  All of this comes `latency` samples after the foot did it.
+        A stride is complete once the foot has left the stance at its end for 0.1 s, has stood
+        there for 0.5 s, or the data are flushed; with a step-wise smoother, once the states of both
+        ends were output.  All of this has the delay of `latency` samples.
 
         Returns
         -------
-        list of Stride
-            In the order of time; their samples are counted over all states that came out since the
-            start.
+        Strides
+            In the order of time, possibly none; their samples are counted over all states that
+            were output since the start.
 
         Raises
         ------
         ConfigError
             The settings do not ask for strides.
         """
-        return list(Steps(**self._stride_columns()))
+        return Strides(**self._stride_columns())
 
     def now(self) -> State | None:
         """Return the state at the newest sample: the newest that came out, carried forward by the strapdown alone.
@@ -221,13 +223,6 @@ class Navigator(_core.Navigator):
 
     def _health(self, *, of_walk: bool) -> Health:
         return Health.of_fields(self._health_fields(of_walk))
-
-
-def placed(config: Config) -> dict[str, Any]:
-    """Return what the settings know of where a track lies, as the fields of a `Trajectory`."""
-    output, alignment = config.output, config.alignment
-    heading_known = alignment.heading_deg is not None or alignment.magnetic_field is not None
-    return {"origin": output.origin, "frame": output.frame, "heading_known": heading_known}
 
 
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:

@@ -17,10 +17,10 @@ from footnav.detection import Detection, detect
 from footnav.detectors import Condition, ThreeCondition
 from footnav.errors import ConfigError, DataError
 from footnav.evaluation import Truth, find_alignment, true_positions
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.recording import STANDARD_GRAVITY
-from footnav.steps import find_stances
+from footnav.strides import find_stances
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -24,10 +24,10 @@ from footnav.calibration.poses import count_distinct, missing_sides
 from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import fit_rotations
 from footnav.config import Config, Mechanization
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 LOWER = np.tril_indices(3)
 """Rows and columns of the six elements of the matrix that are not zero."""

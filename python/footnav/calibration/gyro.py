@@ -9,9 +9,9 @@ import numpy as np
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.static import BLOCK, Rests, check_rest
+from footnav.conversions import as_vector
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.triad import as_vector
 
 
 def calibrate_gyro(

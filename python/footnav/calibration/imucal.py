@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from footnav.calibration.model import SensorCalibration, Triad
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import ConfigError, FootnavWarning
 from footnav.io.units import ACCEL, GYRO, Quantity
 from footnav.recording import Floats
-from footnav.triad import as_matrix, as_vector
 
 KINDS = ("Ferraris", "Turntable")
 SHAPES = {

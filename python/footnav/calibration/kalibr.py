@@ -20,11 +20,11 @@ import numpy as np
 
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.config import Sensor
+from footnav.conversions import as_matrix
 from footnav.errors import ConfigError, FootnavWarning
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.recording import Floats
-from footnav.triad import as_matrix
 
 NOISE = MappingProxyType(
     {

@@ -17,9 +17,9 @@ from footnav.calibration.fit import fit
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.calibration.origin import as_recordings, origin
 from footnav.calibration.poses import missing_sides
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 UPPER = np.triu_indices(3)
 """The six elements of a symmetric matrix."""

@@ -22,10 +22,10 @@ from footnav.calibration.poses import DIRECTIONS, SIDES, missing_sides, sides
 from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import turn_angles
 from footnav.config import Config, Mechanization
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 TURN_TOLERANCE = 0.2
 """How far, relatively, the gyroscope may be from the known turn: beyond it, it was another turn."""

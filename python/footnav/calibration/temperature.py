@@ -16,9 +16,9 @@ import numpy as np
 from footnav.calibration.model import SensorCalibration, TemperatureModel, Triad
 from footnav.calibration.origin import as_recordings, origin
 from footnav.calibration.static import find_rests
+from footnav.conversions import as_vector
 from footnav.errors import ConfigError, DataError
 from footnav.recording import STANDARD_GRAVITY, Floats, Recording
-from footnav.triad import as_vector
 
 BLOCK = 2.0
 """Length of the means that the polynomials are fitted to, s: the die changes by less than a tenth of a degree in it."""

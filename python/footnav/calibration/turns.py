@@ -18,10 +18,10 @@ from footnav.calibration.fit import Fit, fit
 from footnav.calibration.gyro import std_of_bias
 from footnav.calibration.model import Triad
 from footnav.calibration.static import Rests, pooled
+from footnav.conversions import as_matrix, as_vector
 from footnav.diagnosis import CLIP_BAND
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 LONGEST_TURN = 15.0
 """Time between two rests, s, beyond which noise and bias have had too long to spoil the angle."""

@@ -20,8 +20,8 @@ from footnav.capture.i2c_chip import ADDRESSES, FIFO_BYTES, Bus, Mpu6050
 from footnav.capture.silence import Silence
 from footnav.capture.source import Closing, Losses
 from footnav.errors import ConfigError, DataError
-from footnav.export.library import require
 from footnav.mpu6050 import SAMPLE_REGISTERS, Setup
+from footnav.optional import require
 from footnav.recording import Floats
 
 if TYPE_CHECKING:

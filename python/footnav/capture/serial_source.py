@@ -17,7 +17,7 @@ from footnav.capture.line import Decoder, Sample
 from footnav.capture.silence import Silence
 from footnav.capture.source import Closing, Losses
 from footnav.errors import ConfigError, DataError
-from footnav.export.library import require
+from footnav.optional import require
 
 if TYPE_CHECKING:
     from typing_extensions import Self

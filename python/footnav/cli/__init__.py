@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, Parameter
 
-from footnav import __version__
+from footnav._core import __version__
 from footnav.cli import calibrate
 from footnav.cli.allan import measure_noise
 from footnav.cli.capture import app as capture_app

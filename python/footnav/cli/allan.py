@@ -10,7 +10,7 @@ from footnav.cli.console import attending, print_table
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import noise_table
 from footnav.errors import ConfigError
-from footnav.export.atomic import replacing
+from footnav.files import replacing
 from footnav.noise import INFLATION
 from footnav.plot import check_picture, plot_allan, save_figure
 from footnav.recording import Recording

@@ -7,8 +7,8 @@ from footnav.cli.console import attending, make_folder, print_table
 from footnav.cli.report import as_text, beside_truth
 from footnav.config import Config
 from footnav.evaluation import evaluate
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.plot import save_overview
 from footnav.simulation import Route, simulate
 from footnav.tracking import track

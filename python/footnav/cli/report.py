@@ -14,7 +14,7 @@ from rich.text import Text
 from footnav.evaluation import Evaluation
 from footnav.noise import AxisNoise, Figure, NoiseFigures
 from footnav.recording import STANDARD_GRAVITY
-from footnav.trajectory import Summary
+from footnav.summary import Summary
 
 _DEGREE = 180 / math.pi
 _HOUR = 3600.0

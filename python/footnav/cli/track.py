@@ -16,8 +16,9 @@ from footnav.config import Calibration, Config, load_config
 from footnav.errors import ConfigError, nearest
 from footnav.plot import PICTURES, save_overview
 from footnav.recording import Recording
+from footnav.summary import Summary
 from footnav.tracking import track
-from footnav.trajectory import Summary, Trajectory
+from footnav.trajectory import Trajectory
 
 FORMATS = ("csv", "npz", "tum", "geojson", "gpx", "kml", "parquet", "png", "svg", "pdf")
 

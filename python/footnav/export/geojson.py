@@ -7,12 +7,13 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from footnav.export.geographic import geodetic
-from footnav.steps import find_stances
-from footnav.trajectory import Summary, Trajectory
+from footnav.export.track import Track
+from footnav.strides import find_stances
+from footnav.summary import Summary
 
 
 def write_geojson(
-    traj: Trajectory,
+    traj: Track,
     file: BinaryIO,
     *,
     origin: Sequence[float] | None = None,

@@ -6,12 +6,12 @@ from typing import Any, BinaryIO
 
 from footnav.errors import ConfigError
 from footnav.export.geographic import geodetic
-from footnav.export.library import require
-from footnav.trajectory import Trajectory
+from footnav.export.track import Track
+from footnav.optional import require
 
 
 def write_gpx(
-    traj: Trajectory,
+    traj: Track,
     file: BinaryIO,
     *,
     origin: Sequence[float] | None = None,
@@ -33,7 +33,7 @@ def write_gpx(
     file.write(document.to_xml().encode())
 
 
-def _times(traj: Trajectory, start_time: Any) -> Sequence[datetime | None]:
+def _times(traj: Track, start_time: Any) -> Sequence[datetime | None]:
     if start_time is None:
         return [None] * len(traj)
     if not isinstance(start_time, datetime) or start_time.utcoffset() is None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from footnav.errors import ConfigError, DataError, FootnavWarning, nearest
-from footnav.io import judge
+from footnav.io import infer_units
 from footnav.io.header import ACCEL_ROLES, GYRO_ROLES, MAG_ROLES, REQUIRED, Title, is_canonical
 from footnav.io.options import Options
 from footnav.io.samples import Samples, convert, stamps
@@ -56,10 +56,10 @@ def read(table: Table, options: Options) -> Samples:
         ),
         accel=accel,
         gyro=_gyro(table, columns, values[:, 3:], accel, options.gyro_unit),
-        mag=_extra(table, columns, MAG_ROLES, MAG, judge.mag_unit),
-        pressure=_flat(_extra(table, columns, ("pressure",), PRESSURE, judge.pressure_unit)),
+        mag=_extra(table, columns, MAG_ROLES, MAG, infer_units.mag_unit),
+        pressure=_flat(_extra(table, columns, ("pressure",), PRESSURE, infer_units.pressure_unit)),
         temperature=_flat(
-            _extra(table, columns, ("temperature",), TEMPERATURE, judge.temperature_unit)
+            _extra(table, columns, ("temperature",), TEMPERATURE, infer_units.temperature_unit)
         ),
     )
 
@@ -141,7 +141,9 @@ def read_time(
             f"{back.size} time(s) in all; sort the rows, or unwrap a counter that overflowed"
         )
     unit = t_unit or _stated(table, [columns["t"]], TIME) or default
-    return convert(table.name, t, TIME, unit, lambda: judge.time_unit(t) or _canonical(table, "s"))
+    return convert(
+        table.name, t, TIME, unit, lambda: infer_units.time_unit(t) or _canonical(table, "s")
+    )
 
 
 def _named_column(table: Table, role: str, column: str | int) -> int:
@@ -181,7 +183,7 @@ def _found(table: Table) -> str:
 
 def _accel(table: Table, columns: Columns, accel: Floats, option: str | None) -> Floats:
     unit = option or _stated(table, [columns[role] for role in ACCEL_ROLES], ACCEL)
-    return convert(table.name, accel, ACCEL, unit, lambda: judge.accel_unit(accel))
+    return convert(table.name, accel, ACCEL, unit, lambda: infer_units.accel_unit(accel))
 
 
 def _gyro(
@@ -193,7 +195,7 @@ def _gyro(
         gyro,
         GYRO,
         unit,
-        lambda: judge.gyro_unit(gyro, accel) or _canonical(table, "rad/s"),
+        lambda: infer_units.gyro_unit(gyro, accel) or _canonical(table, "rad/s"),
     )
 
 
@@ -229,7 +231,7 @@ def _extra(
     columns: Columns,
     roles: tuple[str, ...],
     quantity: Quantity,
-    judge_unit: Callable[[Floats], str | None],
+    infer_unit: Callable[[Floats], str | None],
 ) -> Floats | None:
     """Read what navigation can do without, shape (n, len(roles)): None, with a warning, where it makes no sense."""
     if not {*roles} <= {*columns}:
@@ -242,7 +244,7 @@ def _extra(
             values,
             quantity,
             _stated(table, indices, quantity),
-            lambda: judge_unit(values),
+            lambda: infer_unit(values),
         )
     except DataError as error:
         warnings.warn(f"{error}; {quantity.name} is left out", FootnavWarning, stacklevel=2)

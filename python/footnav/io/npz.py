@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from footnav.errors import DataError, FootnavWarning
-from footnav.io import judge
+from footnav.io import infer_units
 from footnav.io.options import Options
 from footnav.io.samples import Samples, stamps
 from footnav.io.units import ACCEL, GYRO, MAG, TIME, to_si
@@ -92,7 +92,7 @@ def _mag(name: str, mag: Floats | None) -> Floats | None:
     if mag is None or mag.ndim != 2:
         return mag
     missing = int((~np.isfinite(mag)).any(axis=1).sum())
-    unit = judge.mag_unit(mag)
+    unit = infer_units.mag_unit(mag)
     if unit and not missing:
         return to_si(mag, MAG, unit)
     why = f"has {missing} row(s) that are not finite" if missing else "is in neither T nor uT"

@@ -63,9 +63,9 @@ def stamps(name: str, t: Floats | None, n: int, rate_hz: float | None) -> Floats
 
 
 def convert(
-    name: str, values: Floats, quantity: Quantity, unit: str | None, judge: Callable[[], str | None]
+    name: str, values: Floats, quantity: Quantity, unit: str | None, infer: Callable[[], str | None]
 ) -> Floats:
-    """Convert to SI, from `unit` or else from the unit that `judge` finds in the values.
+    """Convert to SI, from `unit` or else from the unit that `infer` finds in the values.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def convert(
         What they measure.
     unit : str or None
         The unit, where it is known.
-    judge : callable
+    infer : callable
         Returns the unit, or None when the values leave it open.
 
     Returns
@@ -90,7 +90,7 @@ def convert(
     DataError
         The unit is neither known nor to be seen in the values.
     """
-    found = unit or judge()
+    found = unit or infer()
     if found is None:
         choices = ", ".join(quantity.scale)
         cure = (

@@ -16,8 +16,8 @@ import footnav
 from footnav.cli import main
 from footnav.cli.console import attending
 from footnav.cli.track import FORMATS
-from footnav.export import load_trajectory
 from footnav.export.recording import save_recording
+from footnav.trajectory import load_trajectory
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def test_track_writes_table_and_picture_beside_the_current_directory(run, walk, 
     )
     assert Path("walk.track.png").read_bytes().startswith(b"\x89PNG")
     assert outcome.out.startswith("walk: ")
-    assert f"{expected.distance:.2f} m in {len(expected.steps)} strides" in outcome.out
+    assert f"{expected.distance:.2f} m in {len(expected.strides)} strides" in outcome.out
     assert "written        walk.track.csv, walk.track.png" in outcome.out
 
 
@@ -309,7 +309,7 @@ def test_several_walks_are_compared_in_a_table(run, walk, recording):
     for name in ("walk", "other [1]"):
         assert (float(rows[name][0]), int(rows[name][2])) == (
             round(expected.distance, 2),
-            len(expected.steps),
+            len(expected.strides),
         )
 
 
@@ -408,7 +408,7 @@ def test_demo_tells_the_truth(run):
         expected.percent_of_distance, abs=5e-3
     )
     assert float(rows["distance"][2]) == pytest.approx(truth.distance, abs=5e-3)
-    assert int(rows["strides"][1]) == len(truth.steps)
+    assert int(rows["strides"][1]) == len(truth.strides)
 
 
 def test_demo_says_that_matplotlib_is_missing(run, monkeypatch):

@@ -14,7 +14,8 @@ from test_trajectory import walk
 
 from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.evaluation import evaluate, find_alignment, path_length
-from footnav.trajectory import Displacement, Trajectory
+from footnav.summary import Displacement
+from footnav.trajectory import Trajectory
 
 NUMBERS = [
     "armse",

@@ -465,12 +465,15 @@ def test_a_column_of_a_block_is_made_once_and_cannot_be_written():
     block = Navigator(rate_hz=RATE).push_block(*walk())
     assert block.position is block.position
     assert block.health is block.health
-    assert (block.name, block.filter_steps) == ("", None)
+    assert (block.name, block.filter_strides) == ("", None)
     for name in COLUMNS:
         assert not getattr(block, name).flags.writeable
-    with pytest.raises(AttributeError, match="'Trajectory' object has no attribute 'positions'"):
+    with pytest.raises(AttributeError, match="Trajectory' object has no attribute 'positions'"):
         block.positions  # noqa: B018
     assert_same(pickle.loads(pickle.dumps(block)), block)
+    named = dataclasses.replace(block, name="block")
+    assert_same(named, block)
+    assert (named.name, named.frame, named.health) == ("block", block.frame, block.health)
 
 
 def test_the_arrays_that_came_in_are_not_written():

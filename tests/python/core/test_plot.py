@@ -198,7 +198,7 @@ def test_pyplot_is_left_alone(tmp_path: Path) -> None:
     """A program that has chosen its own backend keeps it."""
     walk(2).save(tmp_path / "walk.npz")
     script = (
-        "import sys; from footnav.export import load_trajectory; from footnav.plot import save_overview\n"
+        "import sys; from footnav.trajectory import load_trajectory; from footnav.plot import save_overview\n"
         f"save_overview(load_trajectory({str(tmp_path / 'walk.npz')!r}), {str(tmp_path / 'walk.png')!r})\n"
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )

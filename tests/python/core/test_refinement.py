@@ -96,10 +96,10 @@ class TestFilterKinds:
     def test_the_strapdown_alone_takes_no_notice_of_stances(self, walk):
         recording, _ = walk
         unaided = track(
-            recording, Config(filter=Filter(kind="ins")), stationary=np.ones(len(recording), bool)
+            recording, Config(filter=Filter(kind="ins")), detector=np.ones(len(recording), bool)
         )
         aided_by_rest = Config(filter=Filter(zero_angular_rate=False))
-        never = track(recording, aided_by_rest, stationary=np.zeros(len(recording), bool))
+        never = track(recording, aided_by_rest, detector=np.zeros(len(recording), bool))
         np.testing.assert_array_equal(unaided.position, never.position)
 
     @pytest.mark.filterwarnings("ignore:.*not seen at rest")
@@ -159,7 +159,7 @@ class TestCorrections:
         recording = Recording(np.arange(600) / 100, still + STANDING, still)
         told = (np.arange(600) // 50) % 2 == 0
         for kind in ("lwi", "rv"):
-            states = track(recording, dead_reckoning(kind), stationary=told)
+            states = track(recording, dead_reckoning(kind), detector=told)
             assert np.abs(states.position).max() < 1e-12
 
     def test_the_velocity_in_stance_has_no_mean(self, walk):
@@ -230,8 +230,8 @@ class TestSmoothers:
         first = recording.t < 15
         alone = Recording(recording.t[first], recording.accel[first], recording.gyro[first])
         with pytest.warns(UserWarning, match="missing"):
-            whole = track(cut, KINDS["rts"], stationary=track(recording).zero_velocity[keep])
-        part = track(alone, KINDS["rts"], stationary=track(recording).zero_velocity[first])
+            whole = track(cut, KINDS["rts"], detector=track(recording).zero_velocity[keep])
+        part = track(alone, KINDS["rts"], detector=track(recording).zero_velocity[first])
         np.testing.assert_array_equal(whole.position[: len(part)], part.position)
 
     def test_on_recordings_with_the_truth_smoothing_helps(self, data_dir):
@@ -362,7 +362,7 @@ class TestAttitudeUpdates:
             sensor=Config().sensor.replace(accel_bias_std=1e-3),
             filter=Filter(zero_velocity_std=10.0, zero_angular_rate=False, **update),
         )
-        states = track(recording, settings, stationary=np.ones(600, bool))
+        states = track(recording, settings, detector=np.ones(600, bool))
         return np.abs(Rotation.from_quat(states.quaternion[-1]).as_euler("xyz")[0])
 
     def test_both_level_what_the_velocity_alone_does_not(self):
@@ -381,7 +381,7 @@ class TestAttitudeUpdates:
             settings = Config(
                 filter=Filter(zero_angular_rate=False, zero_velocity_std=1.0, **update)
             )
-            return track(recording, settings, stationary=np.ones(600, bool)).quaternion
+            return track(recording, settings, detector=np.ones(600, bool)).quaternion
 
         np.testing.assert_array_equal(states(**update, attitude_threshold=0.1), states())
         assert np.abs(states(**update, attitude_threshold=5.0) - states()).max() > 1e-6
@@ -450,4 +450,4 @@ class TestBadInput:
             DataError,
             match=r"^swing.csv: the foot was never found at rest in .* samples.*another det",
         ):
-            track(named, KINDS[name], stationary=np.zeros(len(recording), bool))
+            track(named, KINDS[name], detector=np.zeros(len(recording), bool))

@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from footnav.errors import ConfigError, DataError
+from footnav.geodesy import check_origin
 from footnav.health import Counters, Flag, Health, Status
-from footnav.trajectory import Displacement, Trajectory, check_origin
+from footnav.summary import Displacement
+from footnav.trajectory import Trajectory
 
 REST, SWING, STANCE = 2.0, 0.7, 0.5
 
@@ -57,7 +59,7 @@ def walk(strides: int = 40, rate_hz: float = 100.0, **options: Any) -> Trajector
 HEALTH = Health(
     Status.DEGRADED, Flag.GAP | Flag.CLIPPED, Counters(samples=5201, gaps=2, clipped=7), 0.05, 0.02
 )
-SINGLE = ("health", "name", "origin", "frame", "heading_known", "filter_steps")
+SINGLE = ("health", "name", "origin", "frame", "heading_known", "filter_strides")
 COLUMNS = [f.name for f in dataclasses.fields(Trajectory) if f.name not in SINGLE]
 
 

@@ -140,7 +140,7 @@ def test_wider_uncertainty_leaves_the_track_alone(walk, shared, gyro, accel, smo
     narrow, wide = track(walk, base), track(walk, wide)
     assert (wide.position_std >= narrow.position_std).all()
     for field in dataclasses.fields(narrow):
-        if field.name not in ("position_std", "filter_steps", "health"):
+        if field.name not in ("position_std", "filter_strides", "health"):
             np.testing.assert_array_equal(
                 getattr(narrow, field.name), getattr(wide, field.name), err_msg=field.name
             )

@@ -22,9 +22,9 @@ from scipy.spatial.transform import Rotation
 from test_trajectory import COLUMNS, HEALTH, assert_same, walk
 
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
-from footnav.export import load_trajectory, save
-from footnav.export.atomic import replacing
-from footnav.trajectory import Trajectory
+from footnav.export import save
+from footnav.files import replacing
+from footnav.trajectory import Trajectory, load_trajectory
 
 ORIGIN = (43.66, -79.39, 100.0)
 SUFFIXES = [".csv", ".npz", ".tum", ".geojson", ".gpx", ".kml", ".parquet"]

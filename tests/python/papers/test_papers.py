@@ -119,7 +119,7 @@ def test_every_experiment_states_its_figures(paper: str) -> None:
 def test_p1_walks_as_many_steps_as_the_paper() -> None:
     """32 steps are 16 strides of the foot that carries the sensor."""
     _, truth = simulate(Route.straight(wu.NORTH), wu.GAIT, "ideal", 1)
-    assert len(truth.steps) == wu.STEPS / 2
+    assert len(truth.strides) == wu.STEPS / 2
 
 
 @pytest.mark.parametrize("speed", [0.7, 1.25, 2.05, 2.41])

@@ -70,10 +70,10 @@ class Stride:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Steps:
+class Strides:
     """The k strides of a track; all arrays are read-only.
 
-    Iterating gives each as a `Stride`.
+    An index or an iteration gives each as a `Stride`.
 
     Attributes
     ----------
@@ -113,19 +113,22 @@ class Steps:
         """Count the strides."""
         return len(self.start)
 
+    def __getitem__(self, k: int) -> Stride:
+        """Return stride `k`; a negative index counts from the end."""
+        return Stride(
+            start_index=int(self.start_index[k]),
+            end_index=int(self.end_index[k]),
+            start=float(self.start[k]),
+            end=float(self.end[k]),
+            displacement=self.displacement[k],
+            start_heading=float(self.start_heading[k]),
+            heading_change=float(self.heading_change[k]),
+            covariance=None if self.covariance is None else self.covariance[k],
+        )
+
     def __iter__(self) -> Iterator[Stride]:
-        """Go through the strides in the order of time."""
-        for k in range(len(self)):
-            yield Stride(
-                start_index=int(self.start_index[k]),
-                end_index=int(self.end_index[k]),
-                start=float(self.start[k]),
-                end=float(self.end[k]),
-                displacement=self.displacement[k],
-                start_heading=float(self.start_heading[k]),
-                heading_change=float(self.heading_change[k]),
-                covariance=None if self.covariance is None else self.covariance[k],
-            )
+        """Iterate over the strides in the order of time."""
+        return (self[k] for k in range(len(self)))
 
     @property
     def length(self) -> Floats:
@@ -166,9 +169,9 @@ def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, 
     return _core.stances(t, zero_velocity)
 
 
-def find_steps(
+def find_strides(
     t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]
-) -> Steps:
+) -> Strides:
     """Measure the strides of a track.
 
     Parameters
@@ -184,10 +187,10 @@ def find_steps(
 
     Returns
     -------
-    Steps
+    Strides
         Without the shuffles on the spot, and without covariance.
     """
-    return Steps(**_core.strides(t, position, quaternion, zero_velocity))
+    return Strides(**_core.strides(t, position, quaternion, zero_velocity))
 
 
 def _local(displacement: Floats, start_heading: Floats, heading_change: Floats) -> Floats:

@@ -100,33 +100,28 @@ def test_given_decisions_are_followed_like_those_of_a_detector(expected):
     rec = walk()
     decision = detect(rec, BUILT_IN).decision
     assert 0 < decision.sum() < len(rec)
-    assert_same(track(rec, stationary=decision), expected)
-    assert_same(track(rec, stationary=decision.tolist()), expected)
+    assert_same(track(rec, detector=decision), expected)
+    assert_same(track(rec, detector=decision.tolist()), expected)
 
 
 def test_other_decisions_make_another_track(expected):
     rec = walk()
     with pytest.warns(footnav.FootnavWarning, match="not seen at rest"):
-        nowhere = track(rec, stationary=np.arange(len(rec)) < 150)
+        nowhere = track(rec, detector=np.arange(len(rec)) < 150)
     assert not nowhere.zero_velocity[150:].any()
     assert np.linalg.norm(nowhere.position[-1] - expected.position[-1]) > 0.1
 
 
 @pytest.mark.parametrize("n", [0, 699, 701])
 def test_a_wrong_number_of_decisions_names_both_lengths(n):
-    with pytest.raises(DataError, match=rf"walk: stationary has shape \({n},\); expected \(700,\)"):
-        track(walk(), stationary=np.ones(n, bool))
+    with pytest.raises(DataError, match=rf"walk: detector has shape \({n},\); expected \(700,\)"):
+        track(walk(), detector=np.ones(n, bool))
 
 
-@pytest.mark.parametrize("stationary", [np.ones(700), np.ones(700, int), ["yes"] * 700])
-def test_decisions_must_be_bools(stationary):
-    with pytest.raises(DataError, match=r"walk: stationary is an array of .*; expected bool"):
-        track(walk(), stationary=stationary)
-
-
-def test_decisions_and_a_detector_exclude_each_other():
-    with pytest.raises(ConfigError, match="stationary and detector"):
-        track(walk(), stationary=np.ones(700, bool), detector=Energy(**TWIN))
+@pytest.mark.parametrize("decisions", [np.ones(700), np.ones(700, int), ["yes"] * 700])
+def test_decisions_must_be_bools(decisions):
+    with pytest.raises(DataError, match=r"walk: detector is an array of .*; expected bool"):
+        track(walk(), detector=decisions)
 
 
 def test_a_detector_of_ones_own_equals_the_built_in_one(expected):
@@ -264,7 +259,7 @@ def test_a_latency_that_makes_no_sense_is_refused(latency):
         Navigator(rate_hz=RATE, detector=Scripted(lambda k: None, latency))
 
 
-@pytest.mark.parametrize("detector", [3, lambda *_: True, footnav.Shoe(), np.ones(700, bool)])
+@pytest.mark.parametrize("detector", [3, lambda *_: True, footnav.Shoe(), "shoe"])
 def test_what_is_no_detector_is_refused(detector):
     with pytest.raises(ConfigError, match="has no latency; expected latency, push and reset"):
         track(walk(), detector=detector)
