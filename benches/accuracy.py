@@ -29,7 +29,9 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track as progress
 
-from footnav import AdaptiveShoe, Config, FootnavWarning, Recording, Shoe, Smoother, read, track
+from footnav import Config, FootnavWarning, Recording, read, track
+from footnav.config import Smoother
+from footnav.detectors import AdaptiveShoe, Shoe
 from footnav.evaluation import YAW_DISTANCE, path_length
 from footnav.summary import Displacement
 

@@ -32,7 +32,7 @@ def main() -> None:
     millions = parser.parse_args().millions
     walk, _ = footnav.simulate(
         [[0, 0], [20, 0], [20, 20], [0, 20], [0, 0]],
-        sensor=footnav.SensorErrors.preset("mpu6050"),
+        sensor=footnav.simulation.SensorErrors.preset("mpu6050"),
         seed=1,
     )
     navigator = Navigator(rate_hz=walk.rate_hz)

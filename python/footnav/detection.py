@@ -54,7 +54,7 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
     recording : Recording
         The samples.
     detector : Detector, Config, str or StanceDetector, optional
-        The detector's settings, such as `footnav.Shoe`; a configuration that holds them; the kind
+        The detector's settings, such as `footnav.detectors.Shoe`; a configuration that holds them; the kind
         of a detector with its default settings, such as "shoe"; or a detector of one's own.
         Default: the detector of ``Config()``.
 
@@ -66,7 +66,7 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
     Raises
     ------
     ConfigError
-        Unknown detector, settings out of range, or an object that is no `footnav.StanceDetector`.
+        Unknown detector, settings out of range, or an object that is no `footnav.protocols.StanceDetector`.
     """
     config, own = _choose(detector)
     columns = _core.detect(

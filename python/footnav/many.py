@@ -38,7 +38,7 @@ GLANCE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class TrackResult:
     """What became of one recording.
 
     Attributes
@@ -84,7 +84,7 @@ def track_many(
     reader: Reader = read,
     folder: str | os.PathLike[str] | None = None,
     ordered: bool = True,
-) -> Iterator[Outcome]:
+) -> Iterator[TrackResult]:
     """Track many recordings side by side.
 
     Parameters
@@ -112,7 +112,7 @@ def track_many(
 
     Yields
     ------
-    Outcome
+    TrackResult
         One for each recording; one that failed holds its error, and the others go on.
 
     Raises
@@ -166,18 +166,18 @@ class Job:
     folder: Path | None
     progress: Callable[[float], None] | None = None
 
-    def run(self, index: int, source: Source) -> Outcome:
+    def run(self, index: int, source: Source) -> TrackResult:
         """Track one recording; an error becomes part of the outcome."""
         name = _name(source)
         try:
             kept = self._kept(source, name)
             if kept is not None and kept.exists():
-                return Outcome(index, name, None, resumed=True, _track=kept)
-            return Outcome(index, name, None, resumed=False, _track=self._track(source, kept))
+                return TrackResult(index, name, None, resumed=True, _track=kept)
+            return TrackResult(index, name, None, resumed=False, _track=self._track(source, kept))
         except (
             Exception
         ) as error:  # A reader of the user's may raise anything, and the other recordings go on.
-            return Outcome(index, name, error, resumed=False, _track=None)
+            return TrackResult(index, name, error, resumed=False, _track=None)
 
     def _kept(self, source: Source, name: str) -> Path | None:
         """Say where the track is kept."""
@@ -214,10 +214,10 @@ class Job:
 
 def _outcomes(
     recordings: Iterable[Source], job: Job, executor: Executor, ordered: bool
-) -> Iterator[Outcome]:
+) -> Iterator[TrackResult]:
     """Keep the workers busy, with no more waiting than they will soon take."""
     ahead = 2 * (os.cpu_count() or 1) + 2
-    waiting: deque[Future[Outcome]] = deque()
+    waiting: deque[Future[TrackResult]] = deque()
     try:
         for index, source in enumerate(recordings):
             waiting.append(executor.submit(job.run, index, source))
@@ -230,14 +230,14 @@ def _outcomes(
             future.cancel()
 
 
-def _next(waiting: deque[Future[Outcome]], ordered: bool) -> Outcome:
+def _next(waiting: deque[Future[TrackResult]], ordered: bool) -> TrackResult:
     """Take the oldest, or one that is done."""
     future = _oldest(waiting) if ordered else _any(waiting)
     waiting.remove(future)
     return future.result()
 
 
-def _oldest(waiting: deque[Future[Outcome]]) -> Future[Outcome]:
+def _oldest(waiting: deque[Future[TrackResult]]) -> Future[TrackResult]:
     """Wait for the oldest by itself: a wait for one among many takes half as much again of this thread's time."""
     oldest = waiting[0]
     while not oldest.done():
@@ -246,8 +246,8 @@ def _oldest(waiting: deque[Future[Outcome]]) -> Future[Outcome]:
     return oldest
 
 
-def _any(waiting: deque[Future[Outcome]]) -> Future[Outcome]:
-    done: set[Future[Outcome]] = set()
+def _any(waiting: deque[Future[TrackResult]]) -> Future[TrackResult]:
+    done: set[Future[TrackResult]] = set()
     while not done:
         done = wait(waiting, GLANCE, FIRST_COMPLETED).done
     return next(iter(done))

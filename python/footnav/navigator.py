@@ -97,7 +97,7 @@ class Navigator(_core.Navigator):
     ------
     ConfigError
         A setting or the rate is out of range, a correction or smoother needs the whole recording,
-        or `detector` is no `footnav.StanceDetector`.
+        or `detector` is no `footnav.protocols.StanceDetector`.
     """
 
     config: Config

@@ -178,7 +178,7 @@ class NoiseFigures:
         Returns
         -------
         dict of str to float
-            Of ``footnav.Sensor``.
+            Of ``footnav.config.Sensor``.
 
         Raises
         ------

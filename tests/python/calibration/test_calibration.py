@@ -17,7 +17,7 @@ from calibration_recordings import (
     true_matrices,
     warmed,
 )
-from footnav import ConfigError, DataError, Recording, SensorErrors, TriadErrors
+from footnav import ConfigError, DataError, Recording
 from footnav.calibration import (
     SensorCalibration,
     TemperatureModel,
@@ -32,6 +32,7 @@ from footnav.calibration import (
 from footnav.calibration.static import find_rests
 from footnav.config import IDENTITY
 from footnav.mpu6050 import Setup
+from footnav.simulation import SensorErrors, TriadErrors
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ def test_calibrated_walks_close_five_times_better():
     for seed in range(1, 5):
         sensor = known_sensor(seed)
         found = calibrate_accel(quick_poses(sensor, seed))
-        raw, truth = footnav.simulate(footnav.Route.square(6.0), "walk", sensor, seed)
+        raw, truth = footnav.simulate(footnav.simulation.Route.square(6.0), "walk", sensor, seed)
         tracks = (footnav.track(recording, config) for recording in (raw, found.apply(raw)))
         errors.append([footnav.evaluate(track, truth).closing_error.spatial for track in tracks])
     before, after = np.mean(errors, axis=0)
@@ -552,7 +553,9 @@ def test_what_cannot_calibrate_a_magnetometer_is_refused(recording, text):
 
 
 def test_applying_is_what_the_navigator_does_itself(calibration):
-    raw, _ = footnav.simulate(footnav.Route.straight(4.0), sensor=known_sensor(1), seed=1)
+    raw, _ = footnav.simulate(
+        footnav.simulation.Route.straight(4.0), sensor=known_sensor(1), seed=1
+    )
     config = footnav.Config.preset("mpu6050")
     outside = footnav.track(calibration.apply(raw), config)
     inside = footnav.track(raw, config.replace(calibration=calibration.config()))
@@ -632,7 +635,7 @@ def test_poses_that_make_no_sense_are_refused(options, text):
 
 def test_the_same_seed_is_the_same_sensor_as_of_a_walk():
     errors = MPU6050.replace(accel=MPU6050.accel.replace(noise_density=0.0, bias_walk=0.0))
-    walk, truth = footnav.simulate(footnav.Route.straight(2.0), sensor=errors, seed=4)
+    walk, truth = footnav.simulate(footnav.simulation.Route.straight(2.0), sensor=errors, seed=4)
     still = simulate_poses([[0, 0, 1]], errors, 4, initial=2.0)
     start = walk.accel[:100].mean(axis=0)
     assert np.linalg.norm(start) == pytest.approx(

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footnav import ConfigError, FootnavWarning, Sensor
+from footnav import ConfigError, FootnavWarning
 from footnav import mpu6050 as chip
 from footnav.calibration import (
     SensorCalibration,
@@ -22,6 +22,7 @@ from footnav.calibration import (
     read_calibration,
     save_kalibr,
 )
+from footnav.config import Sensor
 from footnav.mpu6050 import Setup
 
 LOWER = ((1.02, 0.0, 0.0), (0.01, 0.97, 0.0), (-0.02, 0.03, 1.01))

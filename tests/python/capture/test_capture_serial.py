@@ -250,7 +250,7 @@ def test_stamps_never_go_back(rate, delays, size):
 
 
 def test_blocks_go_straight_into_a_navigator():
-    walk, _ = footnav.simulate(footnav.Route.straight(3.0), sensor="ideal")
+    walk, _ = footnav.simulate(footnav.simulation.Route.straight(3.0), sensor="ideal")
     scale = 32768 / np.repeat([16 * 9.80665, np.radians(2000)], 3)
     raw = np.rint(np.hstack([walk.accel, walk.gyro]) * scale).astype(int)
     counts = np.insert(raw, 3, 0, axis=1).tolist()

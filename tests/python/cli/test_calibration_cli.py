@@ -196,7 +196,9 @@ def test_a_pair_of_feet_is_calibrated_one_by_one(run):
 
 @pytest.fixture
 def walk(tmp_path) -> footnav.Recording:
-    recording = footnav.simulate(footnav.Route.straight(4.0), sensor=known_sensor(1), seed=1)[0]
+    recording = footnav.simulate(
+        footnav.simulation.Route.straight(4.0), sensor=known_sensor(1), seed=1
+    )[0]
     recording.save(tmp_path / "walk.npz")
     return recording
 
@@ -239,7 +241,9 @@ def test_tracking_asks_for_the_temperature_that_the_calibration_follows(run, wal
 
 def test_tracking_with_two_calibrations_is_misuse(run, walk):
     SensorCalibration().save("shoe.toml")
-    footnav.Config(calibration=footnav.Calibration(accel_bias=(0.1, 0.0, 0.0))).save("config.toml")
+    footnav.Config(calibration=footnav.config.Calibration(accel_bias=(0.1, 0.0, 0.0))).save(
+        "config.toml"
+    )
     status, _, err = run(
         "track", "walk.npz", "--calibration", "shoe.toml", "--config", "config.toml"
     )

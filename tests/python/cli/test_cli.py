@@ -47,7 +47,7 @@ def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.
 @pytest.fixture(scope="module")
 def recording() -> footnav.Recording:
     """Five metres straight ahead along the sensor's x axis."""
-    return footnav.simulate(footnav.Route.straight(5.0), sensor="ideal", seed=3)[0]
+    return footnav.simulate(footnav.simulation.Route.straight(5.0), sensor="ideal", seed=3)[0]
 
 
 @pytest.fixture
@@ -65,7 +65,10 @@ def cells(path: Path, *titles: str) -> np.ndarray:
 
 def write_pair(path: Path) -> None:
     """Write the counts of two feet, 8 g and 1000 deg/s; the right foot walks further."""
-    feet = [footnav.simulate(footnav.Route.straight(way), sensor="ideal")[0] for way in (4.0, 6.0)]
+    feet = [
+        footnav.simulate(footnav.simulation.Route.straight(way), sensor="ideal")[0]
+        for way in (4.0, 6.0)
+    ]
     n = min(map(len, feet))
     scale = 32768 / np.repeat([8 * 9.80665, np.radians(1000)], 3)
     counts = [np.rint(np.hstack([foot.accel, foot.gyro])[:n] * scale) for foot in feet]
@@ -391,7 +394,7 @@ def test_demo_leaves_a_walk_that_can_be_tracked_again(run):
 
 def test_demo_tells_the_truth(run):
     run("demo", "--out", "d", "--seed", 2)
-    recording, truth = footnav.simulate(footnav.Route.square(10.0), seed=2)
+    recording, truth = footnav.simulate(footnav.simulation.Route.square(10.0), seed=2)
     expected = footnav.evaluate(footnav.track(recording, footnav.Config.preset("mpu6050")), truth)
     table = Path("d/table.txt").read_text()
     rows = {line[1:35].strip(): line[35:].split() for line in table.splitlines()}
@@ -438,7 +441,9 @@ def test_simulate_writes_the_recording_and_the_truth(run):
         "t.npz",
     )
     assert (outcome.status, outcome.err) == (0, "")
-    recording, truth = footnav.simulate(footnav.Route.rectangle(4.0, 2.0), seed=7, rate_hz=100)
+    recording, truth = footnav.simulate(
+        footnav.simulation.Route.rectangle(4.0, 2.0), seed=7, rate_hz=100
+    )
     np.testing.assert_array_equal(footnav.read("r.npz").accel, recording.accel)
     np.testing.assert_array_equal(load_trajectory("t.npz").position, truth.position)
     assert f"r.npz: {len(recording):,} samples" in outcome.out

@@ -13,21 +13,13 @@ from scipy.signal import lfilter
 from test_cli import Run, run
 
 import footnav
-from footnav import (
-    Config,
-    Recording,
-    Sensor,
-    SensorErrors,
-    TriadErrors,
-    _core,
-    allan,
-    load_config,
-    simulate_rest,
-)
+from footnav import Config, Recording, _core, allan, load_config, simulate_rest
 from footnav.cli import main
+from footnav.config import Sensor
 from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.noise import FLICKER_FLOOR, AxisNoise, Figure, NoiseFigures, fit_axis, unit_variances
 from footnav.plot import plot_allan
+from footnav.simulation import SensorErrors, TriadErrors
 
 __all__ = ["run"]
 
@@ -435,7 +427,7 @@ def test_a_tilt_is_named():
 
 
 def test_a_walk_is_no_rest():
-    walk, _ = footnav.simulate(footnav.Route.straight(130.0), rate_hz=50)
+    walk, _ = footnav.simulate(footnav.simulation.Route.straight(130.0), rate_hz=50)
     with pytest.raises(DataError, match="the sensor was moved or touched"):
         allan(walk)
 

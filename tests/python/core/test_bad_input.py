@@ -11,16 +11,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import footnav
-from footnav import (
-    AdaptiveShoe,
-    Alignment,
-    Config,
-    MagnitudeVariance,
-    Navigator,
-    Recording,
-    Shoe,
-    track,
-)
+from footnav import Config, Navigator, Recording, track
+from footnav.config import Alignment
+from footnav.detectors import AdaptiveShoe, MagnitudeVariance, Shoe
 from footnav.errors import DataError, FootnavError, FootnavWarning, NumericalError
 
 RATE = 100.0
@@ -182,7 +175,7 @@ def test_a_constant_that_is_no_specific_force_is_an_error_or_degraded(value):
         navigator.flush()
     except FootnavError:
         return
-    assert navigator.health.status is not footnav.Status.OK
+    assert navigator.health.status is not footnav.health.Status.OK
 
 
 @pytest.mark.parametrize("position", [1, 2])
@@ -271,7 +264,7 @@ def test_the_process_outlives_everything():
     script = """
 import numpy as np, footnav
 for value in (0.0, 5e-324, 1e18, 1e154, 1e300, 1.7976931348623157e308, float("inf"), float("nan")):
-    for detector in (footnav.AdaptiveShoe(), footnav.Shoe(), footnav.MagnitudeVariance()):
+    for detector in (footnav.detectors.AdaptiveShoe(), footnav.detectors.Shoe(), footnav.detectors.MagnitudeVariance()):
         for n in (0, 1, 2, 150, 400):
             navigator = footnav.Navigator(footnav.Config(detector=detector), 100.0)
             accel = np.tile([0.0, 0.0, 9.81], (n, 1))

@@ -14,21 +14,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import footnav
-from footnav import (
-    AdaptiveShoe,
+from footnav import Config, _core, load_config
+from footnav.config import (
     Alignment,
     Calibration,
-    Config,
     Filter,
     HealthLimits,
-    MagnitudeVariance,
     Mechanization,
     Output,
     Sensor,
-    Shoe,
-    _core,
-    load_config,
 )
+from footnav.detectors import AdaptiveShoe, MagnitudeVariance, Shoe
 from footnav.errors import ConfigError, FootnavError
 
 PRESETS = ("mpu6050", "mti-g710", "stim300", "ngimu", "vn100")

@@ -8,30 +8,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from footnav import (
+from footnav import Config, Navigator, Recording, Trajectory, _core, detect, load_config, track
+from footnav.config import Mechanization
+from footnav.detection import Detection
+from footnav.detectors import (
     AccelerationMagnitude,
     AdaptiveShoe,
     AngularRateEnergy,
-    Config,
-    Detection,
-    Flag,
     GraphTheoretic,
     MagnitudeDebounced,
     MagnitudeVariance,
-    Mechanization,
     MovingVariance,
-    Navigator,
-    Recording,
     Shoe,
     ThreeCondition,
-    Trajectory,
     WindowedEnergies,
-    _core,
-    detect,
-    load_config,
-    track,
 )
 from footnav.errors import ConfigError
+from footnav.health import Flag
 
 DETECTORS = {
     "adaptive-shoe": AdaptiveShoe(),

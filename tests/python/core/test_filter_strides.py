@@ -10,19 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from footnav import (
-    Config,
-    Navigator,
-    Output,
-    Recording,
-    Route,
-    Smoother,
-    Strides,
-    Trajectory,
-    simulate,
-    track,
-)
+from footnav import Config, Navigator, Recording, Strides, Trajectory, simulate, track
+from footnav.config import Output, Smoother
 from footnav.errors import ConfigError, DataError
+from footnav.simulation import Route
 from footnav.strides import find_strides
 from footnav.trajectory import load_trajectory
 

@@ -13,20 +13,10 @@ import numpy as np
 import pytest
 
 import footnav
-from footnav import (
-    Config,
-    GraphTheoretic,
-    Output,
-    Recording,
-    SensorErrors,
-    Smoother,
-    _core,
-    detect,
-    simulate,
-    simulate_rest,
-    track,
-    track_many,
-)
+from footnav import Config, Recording, _core, detect, simulate, simulate_rest, track, track_many
+from footnav.config import Output, Smoother
+from footnav.detectors import GraphTheoretic
+from footnav.simulation import SensorErrors
 
 PATIENCE = 60.0
 """s; after this long a test that nobody interrupts fails."""

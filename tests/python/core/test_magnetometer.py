@@ -10,18 +10,15 @@ from scipy.spatial.transform import Rotation
 
 from footnav import (
     Config,
-    Filter,
     FootnavWarning,
-    Magnetometer,
     Navigator,
-    Output,
     Recording,
-    Smoother,
     Trajectory,
     simulate,
     track,
     track_many,
 )
+from footnav.config import Filter, Magnetometer, Output, Smoother
 from footnav.errors import ConfigError, DataError
 
 RATE = 100.0

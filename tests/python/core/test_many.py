@@ -10,19 +10,10 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from footnav import (
-    Config,
-    Gait,
-    Recording,
-    Route,
-    SensorErrors,
-    Shoe,
-    read,
-    simulate,
-    track,
-    track_many,
-)
+from footnav import Config, Recording, read, simulate, track, track_many
+from footnav.detectors import Shoe
 from footnav.errors import DataError
+from footnav.simulation import Gait, Route, SensorErrors
 
 
 @pytest.fixture(scope="module")

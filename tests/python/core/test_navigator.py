@@ -14,22 +14,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from footnav import (
-    AdaptiveShoe,
-    Alignment,
-    Config,
-    Filter,
-    Flag,
-    MagnitudeVariance,
-    Mechanization,
-    Navigator,
-    Recording,
-    Shoe,
-    Status,
-    Trajectory,
-    track,
-)
+from footnav import Config, Navigator, Recording, Trajectory, track
+from footnav.config import Alignment, Filter, Mechanization
+from footnav.detectors import AdaptiveShoe, MagnitudeVariance, Shoe
 from footnav.errors import BusyError, ConfigError, DataError
+from footnav.health import Flag, Status
 
 RATE = 100.0
 COLUMNS = (

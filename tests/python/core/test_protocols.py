@@ -41,7 +41,7 @@ def walk():
 
 
 class Energy:
-    """The rule of `footnav.AngularRateEnergy`, by the book."""
+    """The rule of `footnav.detectors.AngularRateEnergy`, by the book."""
 
     def __init__(self, window, threshold):
         self.window, self.threshold, self.energies = window, threshold, []
@@ -79,7 +79,7 @@ class Scripted:
         self.pushed = 0
 
 
-BUILT_IN = footnav.AngularRateEnergy(window=0.07, threshold=0.3)
+BUILT_IN = footnav.detectors.AngularRateEnergy(window=0.07, threshold=0.3)
 TWIN = {"window": 7, "threshold": 0.3}
 
 
@@ -168,7 +168,9 @@ def test_it_is_given_calibrated_samples():
             return False
 
     config = Config(
-        calibration=footnav.Calibration(accel_bias=(0.1, 0.2, 0.3), gyro_bias=(0.01, 0.02, 0.03))
+        calibration=footnav.config.Calibration(
+            accel_bias=(0.1, 0.2, 0.3), gyro_bias=(0.01, 0.02, 0.03)
+        )
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", footnav.FootnavWarning)
@@ -259,7 +261,7 @@ def test_a_latency_that_makes_no_sense_is_refused(latency):
         Navigator(rate_hz=RATE, detector=Scripted(lambda k: None, latency))
 
 
-@pytest.mark.parametrize("detector", [3, lambda *_: True, footnav.Shoe(), "shoe"])
+@pytest.mark.parametrize("detector", [3, lambda *_: True, footnav.detectors.Shoe(), "shoe"])
 def test_what_is_no_detector_is_refused(detector):
     with pytest.raises(ConfigError, match="has no latency; expected latency, push and reset"):
         track(walk(), detector=detector)

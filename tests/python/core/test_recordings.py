@@ -5,21 +5,11 @@ import warnings
 import numpy as np
 import pytest
 
-from footnav import (
-    AdaptiveShoe,
-    Config,
-    Filter,
-    Flag,
-    FootnavWarning,
-    Navigator,
-    Recording,
-    Status,
-    Trajectory,
-    evaluate,
-    read,
-    track,
-)
+from footnav import Config, FootnavWarning, Navigator, Recording, Trajectory, evaluate, read, track
+from footnav.config import Filter
+from footnav.detectors import AdaptiveShoe
 from footnav.evaluation import path_length
+from footnav.health import Flag, Status
 from footnav.tracking import with_ranges_of
 
 ACCEL_RANGES = (2, 4, 8, 16)

@@ -6,24 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footnav import (
-    Alignment,
-    Config,
-    Correction,
-    Filter,
-    Flag,
-    Gait,
-    Navigator,
-    Recording,
-    Route,
-    SensorErrors,
-    Smoother,
-    Trajectory,
-    load_config,
-    simulate,
-    track,
-)
+from footnav import Config, Navigator, Recording, Trajectory, load_config, simulate, track
+from footnav.config import Alignment, Correction, Filter, Smoother
 from footnav.errors import ConfigError, DataError
+from footnav.health import Flag
+from footnav.simulation import Gait, Route, SensorErrors
 from footnav.tracking import with_ranges_of
 
 KINDS = {

@@ -10,21 +10,11 @@ from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
 import footnav.tracking
-from footnav import (
-    Alignment,
-    Config,
-    Flag,
-    FootnavWarning,
-    HealthLimits,
-    Mechanization,
-    Output,
-    Recording,
-    Sensor,
-    Shoe,
-    Status,
-    track,
-)
+from footnav import Config, FootnavWarning, Recording, track
+from footnav.config import Alignment, HealthLimits, Mechanization, Output, Sensor
+from footnav.detectors import Shoe
 from footnav.errors import ConfigError, DataError
+from footnav.health import Flag, Status
 
 G = Config().gravity
 EARTH_RATE = 7.292115e-5

@@ -9,19 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from footnav import (
-    Config,
-    Filter,
-    Recording,
-    Route,
-    Sensor,
-    SensorErrors,
-    Smoother,
-    TriadErrors,
-    simulate,
-    track,
-)
+from footnav import Config, Recording, simulate, track
+from footnav.config import Filter, Sensor, Smoother
 from footnav.evaluation import find_alignment
+from footnav.simulation import Route, SensorErrors, TriadErrors
 
 UNCALIBRATED = Config.preset("mpu6050")
 ROUTES = (

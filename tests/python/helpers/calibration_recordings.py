@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from footnav import Recording, SensorErrors
+from footnav import Recording
 from footnav.calibration import simulate_poses
 from footnav.config import Matrix
+from footnav.simulation import SensorErrors
 
 MPU6050 = SensorErrors.preset("mpu6050")
 SIX_SIDES = [[0, 0, 1], [0, 1, 0], [0, 0, -1], [1, 0, 0], [0, -1, 0], [-1, 0, 0]]
