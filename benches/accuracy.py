@@ -1,4 +1,6 @@
-"""What each ingredient of the default configuration is worth: ``python benches/accuracy.py --data DIR [OPTIONS]``.
+"""What each ingredient of the default configuration is worth.
+
+``python benches/accuracy.py --data DIR [OPTIONS]``.
 
 One ingredient at a time is taken out, or one added, and all recordings are tracked with what is
 left.  DIR holds
@@ -46,7 +48,10 @@ DEFAULT = "default"
 
 
 def without(**settings: Any) -> Config:
-    """Return the default configuration with some settings of its sections changed: ``filter={"kind": "dr"}``."""
+    """Return the default configuration with some settings of its sections changed.
+
+    ``filter={"kind": "dr"}``.
+    """
     base = Config()
     return base.replace(
         **{name: getattr(base, name).replace(**changes) for name, changes in settings.items()}
@@ -212,7 +217,10 @@ def against(truth: NDArray[np.float64], position: NDArray[np.float64]) -> dict[s
 
 
 def summary(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Mean, 90th percentile and maximum under motion capture; medians for the walks that are closed."""
+    """Mean, 90th percentile and maximum under motion capture.
+
+    Medians for the walks that are closed.
+    """
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     if "armse" not in columns:
         return {key: float(np.median(values)) for key, values in columns.items()}

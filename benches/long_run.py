@@ -58,7 +58,10 @@ def _rows(walk: Recording, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _held() -> float:
-    """Return the memory that the process holds now, bytes; the most that it ever held where that is not known."""
+    """Return the memory that the process holds now, bytes.
+
+    The most that it ever held where that is not known.
+    """
     status = Path("/proc/self/statm")
     if status.exists():
         return int(status.read_text().split()[1]) * resource.getpagesize()

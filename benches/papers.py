@@ -1,4 +1,7 @@
-"""The experiments of the four papers, with the installed footnav: ``python benches/papers.py --help``."""
+"""The experiments of the four papers, with the installed footnav.
+
+``python benches/papers.py --help``.
+"""
 
 import sys
 

@@ -1,4 +1,7 @@
-"""Experiments of the four papers, on simulated walks and on real ones; `docs/papers.md` explains papers and results."""
+"""Experiments of the four papers, on simulated walks and on real ones.
+
+`docs/papers.md` explains papers and results.
+"""
 
 from __future__ import annotations
 

@@ -54,7 +54,9 @@ CLIPPING = SensorErrors(
         range=GYRO_RANGE,
     ),
 )
-"""A sensor of the 3DM-GX1's class: 3.5 deg/√h, 0.4 mg/√Hz, biases of 0.35 deg/s and 5 mg, scale 0.2 %."""
+"""A sensor of the 3DM-GX1's class: 3.5 deg/√h, 0.4 mg/√Hz, biases of 0.35 deg/s and 5 mg, scale 0.2
+%.
+"""
 WIDE = CLIPPING.replace(
     accel=CLIPPING.accel.replace(range=None), gyro=CLIPPING.gyro.replace(range=None)
 )

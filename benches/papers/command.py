@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cyclopts import App, Parameter
 
-from footnav.cli.console import attending, caution, make_folder, print_table
+from footnav.cli.console import make_folder, print_table, print_warning, reporting
 from footnav.cli.run import run_app
 from footnav.errors import ConfigError
 from footnav.optional import require
@@ -75,11 +75,11 @@ def reproduce(
         make_folder(plots)
     data = data or _folder_in_environment()
     experiments = experiments_of(paper, data)
-    with attending("papers") as progress:
+    with reporting("papers") as progress:
         outcomes = run(experiments, seeds, progress)
     rows = [Row.of(outcome) for outcome in outcomes]
     if data is None and paper in (None, "P3"):
-        caution("P3", f"real recordings skipped: {NO_DATA}")
+        print_warning("P3", f"real recordings skipped: {NO_DATA}")
         rows.append(Row.skipped("P3", "real recordings, clipped", NO_DATA))
     print_table(tabulate(rows))
     if json is not None:

@@ -1,4 +1,7 @@
-"""What an experiment is: walks, the approaches that are tried on them, and the figure that the paper gives for each."""
+"""What an experiment is.
+
+Walks, the approaches that are tried on them, and the figure that the paper gives for each.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,9 @@ JOG_DURATION = 0.9
 ZUPT_ALONE = Filter(
     zero_angular_rate=False, contact_rate=0.0, angular_rate_noise=6.0e-4, covariance_interval=0.0
 )
-"""What the filters of the papers have in common: a foot in stance has no velocity, and nothing else is known of it."""
+"""What the filters of the papers have in common: a foot in stance has no velocity, and nothing else
+is known of it.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

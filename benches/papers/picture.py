@@ -65,7 +65,10 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
 
 
 def _draw_tracks(outcomes: Sequence[Outcome], ax: Axes) -> None:
-    """Draw the first walk, the approaches one above the other; what leaves the picture is cut off."""
+    """Draw the first walk, the approaches one above the other.
+
+    What leaves the picture is cut off.
+    """
     walk = outcomes[0].experiment.walks.load(0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FootnavWarning)

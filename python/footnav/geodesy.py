@@ -1,4 +1,7 @@
-"""Positions on Earth: the origin of the navigation frame, and latitude, longitude and height (WGS-84)."""
+"""Positions on Earth.
+
+The origin of the navigation frame, and latitude, longitude and height (WGS-84).
+"""
 
 import warnings
 from collections.abc import Sequence
@@ -33,7 +36,7 @@ class Georeference(NamedTuple):
 
 
 def check_origin(origin: Sequence[float]) -> Origin:
-    """Make sure that an origin is a place on Earth.
+    """Validate an origin.
 
     Parameters
     ----------
@@ -88,7 +91,8 @@ def warn_of_heading(heading_known: bool, stacklevel: int) -> None:
     """Warn of a track whose x axis may not be east; `stacklevel` as for `warnings.warn`."""
     if not heading_known:
         warnings.warn(
-            "the heading at the start is not known, so the map shows the track turned about its origin: "
+            "the heading at the start is not known, so the map shows the track turned about its "
+            "origin: "
             "set alignment.heading_deg in the configuration, or take it from the magnetometer",
             FootnavWarning,
             stacklevel=stacklevel + 1,

@@ -1,6 +1,6 @@
 """Pictures of a track, and of a sensor's noise.
 
-Every function draws on the axes it is given, or on a figure of its own that pyplot knows nothing
+Every function draws on the given axes, or on a new figure that pyplot does not manage
 of, and returns the axes or the figure; ``.figure.savefig(...)`` writes it.
 """
 
@@ -36,7 +36,7 @@ Flags = NDArray[np.bool_]
 
 PICTURES = (".png", ".svg", ".pdf")
 
-# Okabe and Ito's palette: told apart by colour-blind readers and in print.
+# Okabe and Ito's palette, which colour-blind readers can distinguish.
 TRACK = "#0072B2"
 TRUTH = "#D55E00"
 INK = "#333333"
@@ -46,13 +46,13 @@ AXES = {"x": "#0072B2", "y": "#D55E00", "z": "#009E73"}
 BEHIND_TEXT = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}
 
 SHARE_DRAWN = 0.1
-"""Part of the variance from which on a kind of noise is drawn on its own."""
+"""Share of the variance from which on a kind of noise is drawn separately."""
 
 
 def plot_track(
     traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw"
 ) -> Axes:
-    """Draw a track from above, with the places where the foot stood.
+    """Draw a track from above, with the stances.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def plot_track(
     truth : optional
         As for `footnav.evaluate`; drawn dashed, in the frame of the track.
     ax : Axes, optional
-        Where to draw.
+        Axes to draw on; new ones unless given.
     align : str
-        How the truth is brought to the track, as for `footnav.evaluate`.
+        Alignment of the truth with the track, as for `footnav.evaluate`.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def plot_velocity(traj: Trajectory, ax: Axes | None = None) -> Axes:
     traj : Trajectory
         The track.
     ax : Axes, optional
-        Where to draw.
+        Axes to draw on; new ones unless given.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
     detection : Detection
         As `footnav.detect` returns it, one sample or more.
     ax : Axes, optional
-        Where to draw.
+        Axes to draw on; new ones unless given.
 
     Returns
     -------
@@ -168,7 +168,8 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
     t, statistic, threshold = detection.t, detection.statistic, detection.threshold
     if not (np.any(statistic > 0) and np.any(threshold > 0)):
         raise DataError(
-            "the detection is empty, or its statistic or threshold is nowhere positive: nothing to draw"
+            "the detection is empty, or its statistic or threshold is nowhere positive: nothing "
+            "to draw"
         )
     ax = style_axes(ax, "time (s)", "detector statistic")
     _shade(ax, t, detection.decision)
@@ -191,7 +192,7 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
 
 
 def plot_conditions(recording: Recording, detector: ThreeCondition | None = None) -> Figure:
-    """Draw each condition of the three-condition detector as if it were alone, and all of them together.
+    """Draw each condition of the three-condition detector alone, and all of them together.
 
     Wang Libing et al. 2016 compare them so in their fig. 3.
 
@@ -236,7 +237,7 @@ def overview(
     *,
     align: str = "yaw",
 ) -> Figure:
-    """Draw the track beside its height, its speed and, when given, the detector.
+    """Draw the track with its height, its speed and, when given, the detector.
 
     Parameters
     ----------
@@ -291,7 +292,7 @@ def save_overview(
     *,
     align: str = "yaw",
 ) -> None:
-    """Write the overview to a picture, whole or not at all.
+    """Write the overview to a picture, atomically.
 
     Parameters
     ----------
@@ -330,8 +331,8 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
         As `footnav.allan` returns it; drawn with the interval that holds the true one in 95 % of
         all recordings.
     figures : NoiseFigures, optional
-        What was fitted: drawn dashed, and each kind of noise dotted where it makes up a tenth of
-        the variance.
+        Fitted noise: drawn dashed, and each kind of noise dotted where it makes up a tenth of the
+        variance.
 
     Returns
     -------
@@ -377,7 +378,7 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
 def _draw_axis(
     ax: Axes, deviation: AllanDeviation, figures: NoiseFigures | None, column: int, factor: float
 ) -> None:
-    """Draw one channel, `factor` times in size."""
+    """Draw one channel, scaled by `factor`."""
     taus, axis = deviation.taus, deviation.channels[column][-1]
     color = AXES[axis]
     ax.fill_between(
@@ -398,7 +399,7 @@ def _draw_axis(
 
 
 def check_picture(path: str | PathLike[str]) -> None:
-    """Raise ConfigError for a file whose suffix names no picture."""
+    """Raise ConfigError for a suffix that is not a format of a picture."""
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
         raise ConfigError(
@@ -407,12 +408,12 @@ def check_picture(path: str | PathLike[str]) -> None:
 
 
 def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
-    """Write a figure to a picture, whole or not at all.
+    """Write a figure to a picture, atomically.
 
     Parameters
     ----------
     figure : Figure
-        What to write.
+        The figure.
     path : path
         ``.png``, ``.svg`` or ``.pdf``.
 
@@ -437,7 +438,7 @@ def make_figure(size: tuple[float, float]) -> Figure:
 
 
 def style_axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
-    """Sober axes, new ones if there are none."""
+    """Set labels and style of axes, new ones if None."""
     if ax is None:
         ax = make_figure((6, 4.5)).add_subplot()
     ax.set_xlabel(xlabel, color=INK, fontsize=9)
@@ -449,7 +450,7 @@ def style_axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
 
 
 def _mark_ends(ax: Axes, position: Floats) -> None:
-    """Mark both ends; the legend names them, since a closed walk has them in one place."""
+    """Mark both ends; on a closed walk they coincide, so the legend names them."""
     for label, row, marker, size in (("start", 0, "o", 8), ("end", -1, "s", 5)):
         ax.plot(
             *position[row, :2],

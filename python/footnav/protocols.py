@@ -1,4 +1,4 @@
-"""The stance detector that a user brings along."""
+"""Interfaces that callers implement."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Protocol
 
 
 class StanceDetector(Protocol):
-    """A stance detector of one's own, for `footnav.track`, `footnav.Navigator` and `footnav.detect`.
+    """A stance detector for `footnav.track`, `footnav.Navigator` and `footnav.detect`.
 
-    Any object with these three members will do.  It is asked about one calibrated sample after the
-    other and answers by a fixed number of samples late: None for the first `latency` samples, and
-    then a bool for every further one. The last `latency` samples of the data, which it is never
-    asked about, count as not stationary.
+    Any object with these three members is valid. It receives the calibrated samples one by one and
+    decides with a fixed latency: None for the first `latency` samples, and then a bool for every
+    further one. The last `latency` samples of the data, which get no decision, count as not
+    stationary.
 
-    An exception that it raises comes out of the call that pushed the sample, and out of every later
-    one until the navigator is reset.
+    An exception that it raises propagates from the call that pushed the sample, and from every
+    later one until the navigator is reset.
 
     Examples
     --------
@@ -30,13 +30,13 @@ class StanceDetector(Protocol):
 
     @property
     def latency(self) -> int:
-        """Number of samples by which a decision comes late; read once."""
+        """Latency of a decision in samples; read once."""
         ...
 
     def push(
         self, t: float, accel: tuple[float, float, float], gyro: tuple[float, float, float]
     ) -> bool | None:
-        """Take the next sample and decide about the one `latency` samples before it.
+        """Process the next sample and decide about the one `latency` samples before it.
 
         Parameters
         ----------
@@ -50,10 +50,10 @@ class StanceDetector(Protocol):
         Returns
         -------
         bool or None
-            Whether the foot was at rest on the ground; None while there is no sample that far back.
+            Whether the foot was at rest on the ground; None for the first `latency` samples.
         """
         ...
 
     def reset(self) -> None:
-        """Forget all samples; called before the first one, too."""
+        """Discard all samples; also called before the first one."""
         ...

@@ -1,7 +1,7 @@
-"""Strides of the foot that carries the sensor, from stance to stance.
+"""Strides of the foot that carries the sensor, from one stance to the next.
 
-What counts as a stance and where in it a stride starts or ends is decided in the core, for a
-finished track as for a stream; ``docs/strides.md`` says how.
+The core decides which samples form a stance and where in it a stride starts or ends, by the same
+rule for a recording and a stream; see ``docs/strides.md``.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stride:
-    """The way of the foot from one stance to the next; the arrays are read-only.
+    """The motion of the foot from one stance to the next; the arrays are read-only.
 
     Attributes
     ----------
@@ -58,12 +58,15 @@ class Stride:
 
     @property
     def duration(self) -> float:
-        """Time that the stride took, s."""
+        """Duration, s."""
         return self.end - self.start
 
     @property
     def local(self) -> Floats:
-        """Displacement in the frame of the start heading, m, and heading change, rad: (dx, dy, dz, dheading)."""
+        """Displacement in the frame of the start heading, m, and heading change, rad.
+
+        (dx, dy, dz, dheading).
+        """
         return _local(
             self.displacement, np.float64(self.start_heading), np.float64(self.heading_change)
         )
@@ -142,17 +145,17 @@ class Strides:
 
     @property
     def duration(self) -> Floats:
-        """Time that each stride took, s, (k,)."""
+        """Duration of each stride, s, (k,)."""
         return self.end - self.start
 
     @property
     def local(self) -> Floats:
-        """Displacements in the frames of the start headings, m, and heading changes, rad, (k, 4)."""
+        """Displacements in the frames of the start headings, m, and turns, rad, (k, 4)."""
         return _local(self.displacement, self.start_heading, self.heading_change)
 
 
 def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Join the samples at rest into stances.
+    """Group the samples at rest into stances.
 
     Parameters
     ----------
@@ -172,7 +175,7 @@ def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, 
 def find_strides(
     t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]
 ) -> Strides:
-    """Measure the strides of a track.
+    """Find the strides of a track.
 
     Parameters
     ----------
@@ -188,13 +191,13 @@ def find_strides(
     Returns
     -------
     Strides
-        Without the shuffles on the spot, and without covariance.
+        Without shuffles on the spot, and without covariance.
     """
     return Strides(**_core.strides(t, position, quaternion, zero_velocity))
 
 
 def _local(displacement: Floats, start_heading: Floats, heading_change: Floats) -> Floats:
-    """Turn displacements (..., 3) by their headings backwards, and append the changes of heading."""
+    """Rotate displacements (..., 3) by minus their headings, and append the changes of heading."""
     x, y, z = np.moveaxis(displacement, -1, 0)
     cos, sin = np.cos(start_heading), np.sin(start_heading)
     return np.stack([cos * x + sin * y, cos * y - sin * x, z, heading_change], axis=-1)

@@ -1,4 +1,4 @@
-"""A track in a few numbers."""
+"""Summary figures of a track."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Displacement:
-    """The way from one point to another.
+    """The displacement from one point to another.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Displacement:
 
     @classmethod
     def of(cls, vector: Floats) -> "Displacement":
-        """Take the parts of a vector (3,) in the navigation frame, m."""
+        """Convert a vector (3,) in the navigation frame, m."""
         return cls(float(np.hypot(vector[0], vector[1])), float(vector[2]))
 
     @property
@@ -36,14 +36,14 @@ class Displacement:
         return float(np.hypot(self.horizontal, self.vertical))
 
     def percent_of(self, distance: float) -> "Displacement":
-        """Relate the parts to a distance in m; nan where the distance is zero."""
+        """Express both components in percent of a distance in m; nan where the distance is zero."""
         factor = 100 / distance if distance > 0 else np.nan
         return Displacement(self.horizontal * factor, self.vertical * factor)
 
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """A track in a few numbers; what the track is too short to tell is nan.
+    """Summary figures of a track; nan where the track is too short.
 
     Attributes
     ----------
@@ -100,7 +100,8 @@ class Summary:
         """Write the summary as a small table."""
         way, share = self.closing, self.closing_percent
         lines = [
-            f"{self.name or 'track'}: {self.samples:,} samples, {self.duration:.2f} s at {self.rate_hz:.1f} Hz",
+            f"{self.name or 'track'}: {self.samples:,} samples, {self.duration:.2f} s at "
+            f"{self.rate_hz:.1f} Hz",
             f"  distance       {self.distance:.2f} m in {self.strides} strides, "
             f"{self.stride_length:.2f} m each, {self.cadence:.1f} a minute",
             f"  start to end   {way.horizontal:.3f} m ({share.horizontal:.2f} %) horizontal, "
@@ -109,7 +110,8 @@ class Summary:
             f"  heights        {self.lowest:.2f} m to {self.highest:.2f} m where the foot stood",
             f"  zero velocity  {100 * self.zero_velocity_share:.1f} % of the samples",
             f"  greatest speed {self.greatest_speed:.2f} m/s",
-            f"  one sigma      {self.horizontal_std:.3f} m horizontal, {self.vertical_std:.3f} m vertical, at the end",
+            f"  one sigma      {self.horizontal_std:.3f} m horizontal, {self.vertical_std:.3f} m "
+            "vertical, at the end",
         ]
         if self.health is not None:
             lines.append(f"  health         {self.health}")

@@ -1,4 +1,4 @@
-"""Batch: a whole recording in, its track out."""
+"""Batch processing of a whole recording."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from footnav.recording import Recording
 
 BLOCK = 20_000
-"""Samples between two looks at the keyboard and two reports of progress."""
+"""Samples between two checks for interrupts and two reports of progress."""
 
 
 def track(
@@ -40,8 +40,8 @@ def track(
     Parameters
     ----------
     recording : Recording
-        The samples.  Its full-scale ranges are used where the settings name none, its magnetometer
-        if the settings ask for it.
+        The samples. Its full-scale ranges apply where the settings have none, its magnetometer if
+        the settings ask for it.
     config : Config, optional
         Settings; the defaults need no tuning.
     detector : StanceDetector or array_like of bool of shape (n,), optional
@@ -49,8 +49,8 @@ def track(
         `footnav.protocols.StanceDetector`, whose exceptions propagate, or one decision for each
         sample, True where the foot is at rest on the ground.
     progress : callable, optional
-        Called with the share of the samples that is done, 0 to 1, and with 1 again while a smoother
-        goes back over them; what it raises ends the work.
+        Called with the share of the samples that is done, 0 to 1, and with 1 again during the
+        backward pass of a smoother; an exception that it raises cancels the run.
 
     Returns
     -------
@@ -62,16 +62,16 @@ def track(
     ConfigError
         Settings at odds with each other, or an object that is no `StanceDetector`.
     DataError
-        The samples cannot be used, or are fewer than the alignment needs; a magnetometer is to hold
-        the heading, and there is none; `detector` is an array of another type or length; a smoother or a
-        correction found no stance to go by.
+        The samples cannot be used, or are fewer than the alignment needs; the settings ask for a
+        magnetometer, and there is none; `detector` is an array of another type or length; a
+        smoother or a correction found no stance.
     NumericalError
-        The filter cannot go on.
+        The filter failed.
 
     Warns
     -----
     FootnavWarning
-        Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
+        Repeated stamps, gaps, clipping or a start in motion: the track is less certain.
     """
     trajectory = track_quietly(recording, config or DEFAULTS, detector=detector, progress=progress)
     if trajectory.health is not None:
@@ -86,7 +86,7 @@ def track_quietly(
     detector: StanceDetector | ArrayLike | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Track a whole recording and leave what speaks against the track to its health; see `track`."""
+    """Track a whole recording without warnings, which are flags of its health; see `track`."""
     config = with_ranges_of(recording, config)
     report = progress or (lambda _: None)
     mag = recording.mag if config.magnetometer.heading else None
@@ -159,7 +159,8 @@ def _warn(name: str, health: Health) -> None:
         f"{counters.repeated:,} samples repeat the stamp of the one before": counters.repeated,
         f"samples are missing in {counters.gaps:,} place{'s' if counters.gaps > 1 else ''}": counters.gaps,
         f"{counters.clipped:,} samples are clipped at full scale: choose a wider range": counters.clipped,
-        f"in {bent:,} of {stances:,} stances the magnetic field disagreed with that at the start and was not used: "
+        f"in {bent:,} of {stances:,} stances the magnetic field disagreed with that at the start "
+        "and was not used: "
         "calibrate the magnetometer, and start away from iron": bent > stances / 2,
         "the recording starts in motion: keep the foot still for a second first": Flag.MOVING_START
         in flags,

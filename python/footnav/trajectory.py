@@ -1,4 +1,4 @@
-"""The track of the shoe."""
+"""The track of the foot."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trajectory:
-    """States of the shoe, one row for each sample; n may be zero.
+    """States of the foot, one row for each sample; n may be zero.
 
-    The arrays are read-only; an array that comes in writable is copied.
+    The arrays are read-only; a writable array is copied.
 
     Attributes
     ----------
     t : (n,) ndarray
-        Stamps, s, never going back.
+        Stamps, s, non-decreasing.
     position, velocity : (n, 3) ndarray
         Navigation frame (x, y horizontal, z up; east-north-up when the heading is known), m and
         m/s.
@@ -46,17 +46,17 @@ class Trajectory:
     health : Health or None
         Health of the whole run.
     name : str
-        Name that messages and files carry.
+        Name in messages and files.
     origin : (latitude, longitude, height) or None
-        Where the navigation frame's origin is, in degrees and m (WGS-84).
+        Origin of the navigation frame, in degrees and m (WGS-84).
     frame : {"enu", "ned"}
         Frame in which tables are written; the arrays here always have z up.
     heading_known : bool
-        Whether x is east; if not, it is where the foot pointed at the start.
+        Whether x is east; if not, it is the direction of the foot at the start.
     filter_strides : Strides or None
-        Strides as the filter found them, with their covariance, where the settings ask for them
-        (``output.strides``). Those of a smoothed or corrected track go from row to row like all
-        others; their covariance is that of the filter alone, and so conservative.
+        Strides of the filter with their covariance, where the settings ask for them
+        (``output.strides``). Those of a smoothed or corrected track are displacements between its
+        rows; their covariance is that of the filter alone, and so conservative.
 
     Raises
     ------
@@ -84,7 +84,7 @@ class Trajectory:
     filter_strides: Strides | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Check everything and freeze the arrays."""
+        """Validate all fields and make the arrays read-only."""
         label = f"{self.name}: " if self.name else ""
         for column, (_, dtype) in COLUMNS.items():
             object.__setattr__(
@@ -101,7 +101,7 @@ class Trajectory:
 
     @classmethod
     def of_core(cls, columns: dict[str, NDArray[Any]], **fields: Any) -> "Trajectory":
-        """Take the columns of the core, which are correct by construction, without checks or copies.
+        """Take the columns of the core without checks or copies; they are valid by construction.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class Trajectory:
         return track
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by way of the constructor, so that the arrays stay read-only."""
+        """Pickle through the constructor, so that the arrays stay read-only."""
         return _rebuild, ({f.name: getattr(self, f.name) for f in dataclasses.fields(self)},)
 
     def __len__(self) -> int:
@@ -138,12 +138,15 @@ class Trajectory:
             return f"<Trajectory{name}: empty>"
         x, y, z = self.position[-1]
         return (
-            f"<Trajectory{name}: {len(self):,} samples, {self.t[-1] - self.t[0]:.2f} s, {self.distance:.2f} m walked, "
+            f"<Trajectory{name}: {len(self):,} samples, {self.t[-1] - self.t[0]:.2f} s, "
+            f"{self.distance:.2f} m walked, "
             f"end at ({x:.2f}, {y:.2f}, {z:.2f}) m>"
         )
 
     def __getitem__(self, part: slice) -> "Trajectory":
-        """Cut out samples; the part has no health and no strides of the filter, which belong to the whole run.
+        """Select samples.
+
+        The part has no health and no strides of the filter, which belong to the whole run.
 
         Raises
         ------
@@ -151,18 +154,18 @@ class Trajectory:
             For anything but a slice.
         """
         if not isinstance(part, slice):
-            raise TypeError(f"a Trajectory is cut by a slice such as traj[10:20], not by {part!r}")
+            raise TypeError(f"a Trajectory takes a slice such as traj[10:20], not {part!r}")
         columns: dict[str, Any] = {column: getattr(self, column)[part] for column in COLUMNS}
         return dataclasses.replace(self, **columns, health=None, filter_strides=None)
 
     @staticmethod
     def concatenate(parts: "Sequence[Trajectory]") -> "Trajectory":
-        """Join parts that follow each other, such as the blocks of a stream.
+        """Concatenate consecutive parts, such as the blocks of a stream.
 
         Parameters
         ----------
         parts : sequence of Trajectory
-            In the order of time, with one and the same origin and frame.
+            In the order of time, with the same origin and frame.
 
         Returns
         -------
@@ -181,12 +184,14 @@ class Trajectory:
         for number, part in enumerate(parts[1:], start=1):
             if part.heading_known != parts[0].heading_known:
                 raise DataError(
-                    f"part {number} differs from part 0 in whether the heading is known: not one track"
+                    f"part {number} differs from part 0 in whether the heading is known: not one "
+                    "track"
                 )
             if (part.origin, part.frame) != (parts[0].origin, parts[0].frame):
                 raise DataError(
                     f"part {number} has origin {part.origin} and frame {part.frame!r}, "
-                    f"part 0 has {parts[0].origin} and {parts[0].frame!r}: parts of one track share both"
+                    f"part 0 has {parts[0].origin} and {parts[0].frame!r}: parts of one track "
+                    "share both"
                 )
         columns: dict[str, Any] = {
             column: np.concatenate([getattr(part, column) for part in parts]) for column in COLUMNS
@@ -197,7 +202,10 @@ class Trajectory:
 
     @property
     def strides(self) -> Strides:
-        """Strides of this foot: those of the filter, or computed anew at each access, without covariance."""
+        """Strides of this foot.
+
+        Those of the filter, or computed at each access, without covariance.
+        """
         if self.filter_strides is not None:
             return self.filter_strides
         return find_strides(self.t, self.position, self.quaternion, self.zero_velocity)
@@ -208,7 +216,7 @@ class Trajectory:
         return float(self.strides.length.sum())
 
     def summary(self) -> Summary:
-        """Sum the track up.
+        """Summarize the track.
 
         Returns
         -------
@@ -247,7 +255,7 @@ class Trajectory:
         )
 
     def geodetic(self, origin: Sequence[float] | None = None) -> Floats:
-        """Place the track on Earth.
+        """Return latitude, longitude and height.
 
         Parameters
         ----------
@@ -285,7 +293,7 @@ class Trajectory:
         save(self, path, **options)
 
     def _standing_heights(self) -> tuple[float, float]:
-        """Lowest and highest place of a stance."""
+        """Return the lowest and the highest height of a stance."""
         first, last = find_stances(self.t, self.zero_velocity)
         heights = self.position[(first + last) // 2, 2]
         return (float(heights.min()), float(heights.max())) if heights.size else (np.nan, np.nan)
@@ -360,7 +368,8 @@ def _check_strides(label: str, strides: Strides, t: Floats, position: Floats) ->
         and np.array_equal(strides.displacement, position[end] - position[start])
     ):
         raise DataError(
-            f"{label}filter_strides do not lie between rows of this track: leave them out to find them anew"
+            f"{label}filter_strides do not lie between rows of this track: leave them out to "
+            "compute them"
         )
 
 

@@ -1,4 +1,4 @@
-"""The gyroscope's bias, from rest."""
+"""Bias of the gyroscope at rest."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def calibrate_gyro(
     recordings : Recording or sequence of Recording
         At rest from the first sample to the last, a second or more each.
     device : str
-        What the device is called.
+        Name of the device.
     setup : Setup, optional
         Registers of the MPU6050.
 
@@ -43,7 +43,7 @@ def calibrate_gyro(
     for recording in walks:
         check_rest(recording)
     means = np.concatenate([_block_means(recording) for recording in walks])
-    # The bias walks, so that blocks far apart differ by more than noise: halves are compared, too.
+    # The bias drifts, so that blocks far apart differ by more than noise: halves are compared, too.
     halves = (
         np.abs(means[: len(means) // 2].mean(axis=0) - means[len(means) // 2 :].mean(axis=0)) / 2
     )
@@ -55,12 +55,13 @@ def calibrate_gyro(
 
 
 def bias_of_rests(rests: Rests) -> Triad:
-    """Return the mean bias of the rests, with a note that there was nothing else to be measured."""
+    """Return the mean bias of the rests, with a note that nothing else is observable."""
     return _bias_only(
         rests.gyro.mean(axis=0),
         std_of_bias(rests),
         len(rests),
-        "bias only: between its rests the recording turns too little about some axis, or for too long",
+        "bias only: between its rests the recording turns too little about some axis, or for too "
+        "long",
     )
 
 
@@ -71,7 +72,7 @@ def _bias_only(bias: Floats, std: Floats, observations: int, note: str) -> Triad
 
 
 def std_of_bias(rests: Rests) -> Floats:
-    """Return the scatter from rest to rest: the bias walks and feels gravity, so that no mean is surer than that."""
+    """Return the scatter between the rests, which contains bias drift and g-sensitivity."""
     if len(rests) < 2:
         return np.full(3, rests.gyro_std[0])
     scatter: Floats = rests.gyro.std(axis=0, ddof=1)

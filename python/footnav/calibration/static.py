@@ -1,9 +1,8 @@
-"""Where a recording is at rest.
+"""Rests in a recording.
 
 The detector is that of Tedaldi et al. 2014, section V-A: the variance over a sliding window,
-against a multiple of what it is in the rest at the start.  Here the gyroscope has to agree, and the
-multiple is fixed: choosing the one that leaves the smallest residual, as the paper does, rewards
-multiples that leave few rests.
+against a multiple of that in the rest at the start. Here the gyroscope is tested, too, and the
+multiple is fixed: the paper's choice by the smallest residual favours multiples with few rests.
 """
 
 from __future__ import annotations
@@ -21,19 +20,20 @@ WINDOW = 0.5
 """Window of the variance, s: a turn of the sensor lasts longer."""
 
 MULTIPLE = 4.0
-"""Standard deviations of the rest at the start beyond which the sensor moves."""
+"""Multiple of the standard deviation in the rest at the start beyond which the sensor moves."""
 
 SHORTEST = 1.0
-"""A rest of which less is left, s, is not used: its mean is too noisy, or it was a pause."""
+"""Minimum duration of a rest, s: the mean of a shorter one is too noisy."""
 
 BLOCK = 0.25
-"""Length of the means, s, from whose scatter the noise of a mean is found: longer than any low-pass filter."""
+"""Length of the block means, s, whose scatter gives the noise of a mean: longer than any low-pass
+filter.
+"""
 
 LIMITS = {"accel": (0.15, 0.10), "gyro": (0.03, 0.01)}
-"""What a rest may show at most, m/s² and rad/s: standard deviation, and change of the mean over `WINDOW`.
+"""Limits of a rest, m/s² and rad/s: standard deviation, and change of the mean over `WINDOW`.
 
-The noisiest sensors on sale stay below the first; a hand, however steady, does not stay below the
-second.
+The noisiest sensors are below the first; a sensor in a hand exceeds the second.
 """
 
 UNITS = {"accel": "m/s^2", "gyro": "rad/s"}
@@ -124,7 +124,8 @@ def check_rest(recording: Recording, start: int = 0, stop: int | None = None) ->
     length = max(3, round(WINDOW * recording.rate_hz))
     if stop - start < 2 * length:
         raise DataError(
-            f"{name}: {stop - start} samples of rest are too few; {2 * length}, a second, are needed"
+            f"{name}: {stop - start} samples of rest are too few; {2 * length}, a second, are "
+            "needed"
         )
     for label, (noise, drift) in LIMITS.items():
         blocks = _blocks(getattr(recording, label)[start:stop], length)
@@ -135,13 +136,18 @@ def check_rest(recording: Recording, start: int = 0, stop: int | None = None) ->
             if values[block, axis] > limit:
                 at = recording.t[start + block * length]
                 raise DataError(
-                    f"{name}: not at rest: {label}_{'xyz'[axis]} {what} {values[block, axis]:.3g} {UNITS[label]} at "
-                    f"{at:.2f} s, more than {limit:g}; lay the sensor down, do not hold it, and do not touch the table"
+                    f"{name}: not at rest: {label}_{'xyz'[axis]} {what} {values[block, axis]:.3g} "
+                    f"{UNITS[label]} at "
+                    f"{at:.2f} s, more than {limit:g}; lay the sensor down, do not hold it, and "
+                    "do not touch the table"
                 )
 
 
 def pooled(rests: Sequence[Rests]) -> Rests:
-    """Join the rests of several recordings; `start` and `stop` then count in each recording of its own."""
+    """Join the rests of several recordings.
+
+    `start` and `stop` then count in each recording of its own.
+    """
     join = {name: np.concatenate([getattr(each, name) for each in rests]) for name in _ARRAYS}
     celsius = [each.temperature for each in rests]
     known = [column for column in celsius if column is not None]
@@ -172,7 +178,7 @@ def _means(samples: Floats, pieces: list[slice]) -> Floats:
 
 
 def _std_of_means(recording: Recording, samples: Floats, pieces: list[slice]) -> Floats:
-    """Return the standard deviation of a component of the mean of each rest, from the scatter of blocks in all."""
+    """Return the standard deviation of a component of each mean, from the scatter of all blocks."""
     length = max(1, round(BLOCK * recording.rate_hz))
     blocks = [_blocks(samples[piece], length).mean(axis=1) for piece in pieces]
     spare = sum(len(block) - 1 for block in blocks)
@@ -190,7 +196,10 @@ def _blocks(samples: Floats, length: int) -> Floats:
 
 
 def _scatter(samples: Floats, length: int) -> Floats:
-    """Return the standard deviation of the vector over the window around each sample, shape (n,); inf at both ends."""
+    """Return the standard deviation of the vector over the window around each sample, shape (n,).
+
+    Inf at both ends.
+    """
     centred = samples - samples.mean(axis=0)
     sums = np.concatenate(([np.zeros(6)], np.cumsum(np.hstack([centred, centred**2]), axis=0)))
     mean, square = np.hsplit((sums[length:] - sums[:-length]) / length, 2)

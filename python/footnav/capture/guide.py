@@ -1,12 +1,12 @@
-"""Leads a person through the poses of a calibration, by the samples alone.
+"""Guide through the poses of a calibration.
 
-First the sensor lies untouched, which shows its noise and the bias of its gyroscope.  Then each of
-its six sides is turned up, in any order, and then it is leant at angles that are all different:
-what Tedaldi, Pretto and Menegatti 2014 ("A robust and easy to implement method for IMU calibration
-without external equipments", ICRA) ask for.  Everything in between is recorded, too, because the
-turns calibrate the gyroscope.
+First the sensor is at rest, which gives its noise and the bias of its gyroscope. Then each of its
+six sides is turned up, in any order, and then it is tilted to distinct angles, as Tedaldi, Pretto
+and Menegatti 2014 ("A robust and easy to implement method for IMU calibration without external
+equipments", ICRA) require. The rotations between the poses are recorded, too, because they
+calibrate the gyroscope.
 
-The guide is a state machine without a clock or a screen of its own.
+The guide is a state machine driven by samples, without a clock or terminal output.
 """
 
 import enum
@@ -27,20 +27,22 @@ SIDES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _AXES = dict(zip(SIDES, np.kron(np.eye(3), [[1.0], [-1.0]]), strict=True))
 
 SQUARE = 15.0
-"""Degrees within which an axis counts as up; a board with pins below stands as askew as that."""
+"""Degrees within which an axis counts as up; a board with pins below is tilted by up to that."""
 
 APART = 15.0
-"""Degrees by which two poses differ at least; nearer ones tell a calibration the same thing twice."""
+"""Minimum angle between two poses, degrees; nearer ones add no information."""
 
 _STEADY = 2.0
-"""Degrees by which a sensor at rest may turn while it is held: noise turns the mean of a window by less."""
+"""Degrees by which the direction may change within a pose: noise changes the mean of a window by
+less.
+"""
 
 _TOUCHED = 0.6
-"""s; a rest that ends earlier was part of setting the sensor down."""
+"""s; a shorter rest is part of placing the sensor."""
 
 
 class Stage(enum.Enum):
-    """What the guide waits for."""
+    """State of the guide."""
 
     SETTLE = "settle"
     PLACE = "place"
@@ -50,14 +52,14 @@ class Stage(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What makes a calibration complete.
+    """Poses of a complete calibration.
 
     Attributes
     ----------
     settle : float
-        Untouched time at the start, s.
+        Rest at the start, s.
     hold : float
-        How long each pose is held, s.
+        Duration of each pose, s.
     tilts : int
         Number of poses besides the six sides.
 
@@ -72,7 +74,7 @@ class Plan:
     tilts: int = 12
 
     def __post_init__(self) -> None:
-        """Refuse what no person could follow."""
+        """Validate the limits."""
         for label in ("settle", "hold"):
             value = getattr(self, label)
             if not 1 <= value <= 600:
@@ -82,7 +84,7 @@ class Plan:
 
 
 class Guide:
-    """Follows the samples, and says what to do next.
+    """Tracks the poses in the samples and gives the next instruction.
 
     Parameters
     ----------
@@ -92,11 +94,11 @@ class Guide:
     Attributes
     ----------
     stage : Stage
-        What the guide waits for.
+        State of the guide.
     held : float
-        How long the sensor has been still in this pose, s.
+        Time at rest in this pose, s.
     up : str
-        Side that points up now, or nearly so; "" before the first samples.
+        Side that points nearly up; "" before the first samples.
     """
 
     stage: Stage
@@ -115,22 +117,22 @@ class Guide:
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """Sides that are done, in the order in which they were."""
+        """Completed sides, in the order of completion."""
         return tuple(label for label in self._poses if label in SIDES)
 
     @property
     def tilts(self) -> int:
-        """Number of other poses that are done."""
+        """Number of completed tilts."""
         return len(self._poses) - len(self.sides)
 
     @property
     def missing_sides(self) -> tuple[str, ...]:
-        """Sides that are still to come."""
+        """Remaining sides."""
         return tuple(side for side in SIDES if side not in self._poses)
 
     @property
     def progress(self) -> float:
-        """Share of the poses that are done, with that of the one that is being held; 0 to 1."""
+        """Completed share of the poses, with that of the current one; 0 to 1."""
         if self.stage is Stage.DONE:
             return 1.0
         share = self.held / self.needed if self.stage is not Stage.PLACE else 0.0
@@ -138,19 +140,25 @@ class Guide:
 
     @property
     def instruction(self) -> str:
-        """What the person is to do now."""
+        """Current instruction."""
         if self.stage is Stage.DONE:
             return "All poses are done."
         if self.stage is Stage.SETTLE:
-            return f"Lay the sensor on a firm table, one side flat, and leave it alone for {self.plan.settle:g} s."
+            return (
+                "Place the sensor on a firm table, one side flat, and do not touch it for "
+                f"{self.plan.settle:g} s."
+            )
         if self.stage is Stage.HOLD and self._pose:
-            return f"Leave it alone: {_describe(self._pose[0])}."
+            return f"Do not touch it: {_describe(self._pose[0])}."
         if self.missing_sides:
-            return f"Turn it until {self.missing_sides[0]} points up (to come: {', '.join(self.missing_sides)})."
-        return f"Lean it at an angle that it did not have before: tilt {self.tilts + 1} of {self.plan.tilts}."
+            return (
+                f"Turn it until {self.missing_sides[0]} points up (remaining: "
+                f"{', '.join(self.missing_sides)})."
+            )
+        return f"Tilt it to a new angle: tilt {self.tilts + 1} of {self.plan.tilts}."
 
     def feed(self, block: Block) -> list[str]:
-        """Take the next samples in.
+        """Process the next samples.
 
         Parameters
         ----------
@@ -160,19 +168,19 @@ class Guide:
         Returns
         -------
         list of str
-            What happened, for the person: poses that are done, were repeated, or ended too early.
+            Messages: poses that are completed, were repeated, or ended too early.
         """
         return [remark for window in self._stillness.feed(block) for remark in self._step(window)]
 
     @property
     def needed(self) -> float:
-        """How long the sensor has to be still in this pose, s."""
+        """Required time at rest in this pose, s."""
         return self.plan.settle if self.stage is Stage.SETTLE else self.plan.hold
 
     def _step(self, window: Window) -> Iterator[str]:
         if self.stage is Stage.DONE:
             return
-        # A sensor that reads nothing at all has no side up, and the recorder refuses it.
+        # A sensor that reads zero has no side up; the recorder rejects it.
         direction = window.accel / (np.linalg.norm(window.accel) or 1.0)
         self.up = _nearest_side(direction)[1]
         if not window.still or self._turned(direction):
@@ -183,12 +191,12 @@ class Guide:
             yield from self._hold(window)
 
     def _turned(self, direction: Floats) -> bool:
-        """Whether the sensor creeps, or was turned in a gap of the samples."""
+        """Whether the sensor rotates slowly, or was turned in a gap of the samples."""
         return self._settled is not None and _angle(self._settled, direction) > _STEADY
 
     def _move(self) -> Iterator[str]:
         if self._pose is not None and self.held > _TOUCHED:
-            yield f"Moved too early: {self.held:.1f} s of {self.needed:g} s.  Once more."
+            yield f"Moved too early: {self.held:.1f} s of {self.needed:g} s.  Repeat the pose."
         self._let_go()
         self._settled = None
 
@@ -198,7 +206,7 @@ class Guide:
         self._pose, self.held = None, 0.0
 
     def _place(self, direction: Floats, window: Window) -> Iterator[str]:
-        """Begin with the pose in which the sensor came to rest, or say why it is of no use."""
+        """Start the pose in which the sensor came to rest, or give the reason for its rejection."""
         self._settled = direction
         off, side = _nearest_side(direction)
         refusal = self._refusal(side, off, direction)
@@ -212,7 +220,7 @@ class Guide:
 
     def _refusal(self, side: str, off: float, direction: Floats) -> str | None:
         if self.missing_sides and off > SQUARE:
-            return f"No side is up: {side} is off by {off:.0f} degrees.  Set it down more squarely."
+            return f"No side is up: {side} is off by {off:.0f} degrees.  Place it flat on a side."
         for label, pose in self._poses.items():
             apart = _angle(pose, direction)
             if (label == side and off <= SQUARE) or apart < APART:
@@ -237,10 +245,10 @@ def _describe(label: str) -> str:
 
 
 def _nearest_side(direction: Floats) -> tuple[float, str]:
-    """Return the side that is most nearly up, after how many degrees it is off."""
+    """Return the angle of the most nearly vertical side, degrees, and the side."""
     return min((_angle(axis, direction), side) for side, axis in _AXES.items())
 
 
 def _angle(a: Floats, b: Floats) -> float:
-    """Angle between two unit vectors, degrees; as steady for small ones as for large (Kahan 2006)."""
+    """Angle between two unit vectors, degrees; accurate for small and large angles (Kahan 2006)."""
     return math.degrees(2 * math.atan2(float(np.linalg.norm(a - b)), float(np.linalg.norm(a + b))))

@@ -15,7 +15,7 @@ from footnav.capture.block import Block
 from footnav.capture.clock import HostedClock
 from footnav.capture.line import Decoder, Sample
 from footnav.capture.silence import Silence
-from footnav.capture.source import Closing, Losses
+from footnav.capture.source import CloseOnExit, LossCounters
 from footnav.errors import ConfigError, DataError
 from footnav.optional import require
 
@@ -26,25 +26,26 @@ BAUD = 250_000
 """Bits per second, as in the sketch."""
 
 POLL = 0.05
-"""Longest wait for bytes, s."""
+"""Maximum wait for bytes, s."""
 
 PATIENCE = 5.0
-"""Longest silence, s; an Arduino that is reset as its port is opened takes up to 2 s."""
+"""Maximum time without samples, s; an Arduino that is reset as its port is opened takes up to 2 s.
+"""
 
 _RATE_SIGMA, _LATENESS = 0.005, 0.005
-"""The ceramic resonator of an Uno; the 1 to 16 ms in which USB bridges deliver."""
+"""Error of the ceramic resonator of an Uno; latency of USB bridges, 1 to 16 ms, s."""
 
 
 class Port(Protocol):
-    """What is used of `serial.Serial`."""
+    """The members of `serial.Serial` that are used."""
 
     @property
     def in_waiting(self) -> int:
-        """Number of bytes that can be read without waiting."""
+        """Number of bytes that can be read immediately."""
         ...
 
     def read(self, size: int = 1) -> bytes:
-        """Wait for `size` bytes, up to the time-out of the port, and return what came."""
+        """Wait for `size` bytes, up to the time-out of the port, and return those that arrived."""
         ...
 
     def close(self) -> None:
@@ -52,7 +53,7 @@ class Port(Protocol):
         ...
 
 
-class SerialSource(Closing):
+class SerialSource(CloseOnExit):
     """A board with the sketch `mpu6050_stream` on a serial port; a `footnav.capture.Source`.
 
     Parameters
@@ -60,7 +61,7 @@ class SerialSource(Closing):
     port : Port
         An open port with a time-out; `SerialSource.open` opens one.
     name : str
-        What messages call it.
+        Name in messages.
     clock : callable
         The host's time, s; monotonic.
     """
@@ -113,17 +114,17 @@ class SerialSource(Closing):
         self._port.close()
 
     @property
-    def losses(self) -> Losses:
-        """What was lost since the capture began."""
+    def losses(self) -> LossCounters:
+        """Losses since the start of the capture."""
         return self._decoder.losses
 
     @property
     def device(self) -> int | None:
-        """Number that the sketch gives to its sensor; None before its first header."""
+        """Number of the sensor in the sketch; None before the first header."""
         return self._decoder.device
 
     def read(self) -> list[Block]:
-        """Return the samples that have come, after `POLL` at the latest; more than one block after a restart.
+        """Return the samples that have arrived, within `POLL`; more than one block after a restart.
 
         Returns
         -------
@@ -133,7 +134,7 @@ class SerialSource(Closing):
         Raises
         ------
         DataError
-            The port vanished, the board reports a fault, or no sample came for `PATIENCE`.
+            The port disappeared, the board reports a fault, or no sample arrived for `PATIENCE`.
         """
         data = self._receive()
         host = self._now()
@@ -148,11 +149,11 @@ class SerialSource(Closing):
 
     def _receive(self) -> bytes:
         try:
-            # One byte is waited for, and what came with it taken along.
+            # Wait for one byte, and read all that arrived with it.
             return self._port.read(1) + self._port.read(self._port.in_waiting)
         except OSError as error:
             raise DataError(
-                f"{self.name} is gone: {_reason(error)}; was the plug pulled?"
+                f"{self.name} disappeared: {_reason(error)}; was it unplugged?"
             ) from None
 
     def _block(self, samples: list[Sample], host: float) -> Block:
@@ -175,18 +176,27 @@ class SerialSource(Closing):
             )
 
     def _guess(self) -> str:
-        """Say what is probably wrong when no samples come."""
+        """Return the likely cause when no samples arrive."""
         if not self._received:
-            return "nothing arrives at all: is this the board's port, and the sketch mpu6050_stream on it?"
+            return (
+                "no bytes arrive: is this the board's port, and is the sketch mpu6050_stream "
+                "uploaded?"
+            )
         if self._run is None and not self.losses.unscaled:
-            return f"{self._received} bytes arrived, but no line of the sketch: do the baud rates agree?"
+            return (
+                f"{self._received} bytes arrived, but no line of the sketch: do the baud rates "
+                "agree?"
+            )
         if self._run is None:
-            return "samples arrive, but never the header with their full scale: do the versions of the sketch agree?"
-        return "the board stopped sending: look at its supply and its cable"
+            return (
+                "samples arrive, but never the header with their full scale: do the versions of "
+                "the sketch agree?"
+            )
+        return "the board stopped sending: check its supply and its cable"
 
 
 def _reason(error: Exception) -> str:
-    """Say why; pyserial wraps the error of the system in words of its own."""
+    """Return the reason of the system, which pyserial wraps in a message of its own."""
     number = getattr(error, "errno", None)
     text = os.strerror(number) if number else str(error)
     return f"{text} (on Linux, join the group dialout)" if number == errno.EACCES else text

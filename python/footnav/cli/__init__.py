@@ -13,8 +13,8 @@ from footnav._core import __version__
 from footnav.cli import calibrate
 from footnav.cli.allan import measure_noise
 from footnav.cli.capture import app as capture_app
-from footnav.cli.demo import demonstrate
-from footnav.cli.info import inform
+from footnav.cli.demo import run_demo
+from footnav.cli.info import examine_files
 from footnav.cli.run import run_app
 from footnav.cli.simulate import simulate_walk
 from footnav.cli.track import track_files
@@ -26,7 +26,7 @@ app = App(
     help_format="markdown",
     default_parameter=Parameter(negative=""),
 )
-app.command(demonstrate, name="demo", usage="Usage: footnav demo [OPTIONS]")
+app.command(run_demo, name="demo", usage="Usage: footnav demo [OPTIONS]")
 app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTIONS]")
 app.command(
     simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]"
@@ -34,7 +34,7 @@ app.command(
 app.command(measure_noise, name="allan", usage="Usage: footnav allan FILE [OPTIONS]")
 app.command(capture_app)
 app.command(calibrate.app)
-app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
+app.command(examine_files, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What follows the program's name; that of the process unless given.
+        Arguments after the program's name; those of the process unless given.
 
     Returns
     -------

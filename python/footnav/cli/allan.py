@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from footnav.allan import allan
-from footnav.cli.console import attending, print_table
+from footnav.cli.console import print_table, reporting
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import noise_table
 from footnav.errors import ConfigError
@@ -52,7 +52,7 @@ def measure_noise(
     """
     if plot is not None:
         check_picture(plot)
-    with attending(file.name) as progress:
+    with reporting(file.name) as progress:
         deviation = allan(_read_one(file, reading), span, progress=progress)
         figures = deviation.fit()
         settings = [

@@ -1,4 +1,4 @@
-"""`footnav capture`: record from a live MPU6050, freely or through the poses of a calibration."""
+"""`footnav capture`: record from a live MPU6050, with or without the poses of a calibration."""
 
 import math
 import time
@@ -18,7 +18,7 @@ from footnav.capture.recorder import Recorder
 from footnav.capture.serial_source import BAUD, SerialSource
 from footnav.capture.source import Source, stream
 from footnav.capture.stillness import Stillness
-from footnav.cli.console import complain
+from footnav.cli.console import print_error
 from footnav.cli.live import Screen, screen
 from footnav.errors import ConfigError, DataError
 from footnav.export.recording import check_suffix
@@ -28,19 +28,19 @@ _FAILED = 1
 """Exit status."""
 
 _WORTH_KEEPING = 2.0
-"""s of samples; a capture that fails earlier leaves no file."""
+"""s; a capture that fails earlier leaves no file."""
 
 _RATE_WINDOW = 2.0
-"""s over which the line on the screen takes the rate."""
+"""s; interval of the rate in the status line."""
 
 Watch = Callable[[Block], bool]
-"""Sees every block, and tells whether the capture is complete."""
+"""Called with every block; returns whether the capture is complete."""
 
 
 @Parameter(name="*", group="Settings of the chip")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chip:
-    """How to set an MPU6050 on an I2C bus.
+    """Settings of an MPU6050 on an I2C bus.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Chip:
     Raises
     ------
     ConfigError
-        A value is none that the chip has.
+        The chip does not have a value.
     """
 
     rate_hz: float = 200.0
@@ -68,12 +68,12 @@ class Chip:
     address: Annotated[int, Parameter(show_default=hex)] = ADDRESSES[0]
 
     def __post_init__(self) -> None:
-        """Refuse what the chip does not have, before any bus is opened."""
+        """Validate the settings before any bus is opened."""
         check_address(self.address)
         self.setup()
 
     def setup(self) -> Setup:
-        """Return the settings as the chip's driver takes them."""
+        """Return the settings of the chip's registers."""
         return Setup.at_rate(
             self.rate_hz,
             accel_range_g=self.accel_range,
@@ -83,15 +83,15 @@ class Chip:
 
 
 AS_USUAL = Chip()
-"""What suits a foot."""
+"""Settings for a foot."""
 
 ThroughPoses = Annotated[Plan, Parameter(name="*", group="Poses")]
 ALL_POSES = Plan()
-"""Enough for scale, misalignment and bias."""
+"""Default poses: enough for scale, misalignment and bias."""
 
 app = App(name="capture", help="Record from a live MPU6050, at an Arduino or on an I2C bus.")
 poses_app = App(
-    name="poses", help="Record a calibration: be told the next pose, and when it is done."
+    name="poses", help="Record the poses of a calibration with instructions for each pose."
 )
 app.command(poses_app)
 
@@ -100,7 +100,7 @@ app.command(poses_app)
 def capture_serial(
     port: str, /, *, baud: int = BAUD, seconds: float | None = None, out: Path | None = None
 ) -> int:
-    """Record from an Arduino with the sketch mpu6050_stream; Ctrl-C ends it and keeps what came.
+    """Record from an Arduino with the sketch mpu6050_stream until Ctrl-C.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def capture_serial(
     baud : int
         Bits per second, as in the sketch.
     seconds : float, optional
-        How long; until Ctrl-C unless given.
+        Duration, s; until Ctrl-C unless given.
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
 
@@ -127,18 +127,18 @@ def capture_serial(
 def capture_i2c(
     bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = AS_USUAL
 ) -> int:
-    """Record from an MPU6050 on an I2C bus; Ctrl-C ends it and keeps what came.
+    """Record from an MPU6050 on an I2C bus until Ctrl-C.
 
     Parameters
     ----------
     bus : int
         Number of the bus; 1 on a Raspberry Pi.
     seconds : float, optional
-        How long; until Ctrl-C unless given.
+        Duration, s; until Ctrl-C unless given.
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
     chip : Chip
-        How to set the chip.
+        Settings of the chip.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def poses_serial(
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
     plan : Plan
-        Which poses, and how long.
+        Number and duration of the poses.
 
     Returns
     -------
@@ -190,9 +190,9 @@ def poses_i2c(
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
     plan : Plan
-        Which poses, and how long.
+        Number and duration of the poses.
     chip : Chip
-        How to set the chip.
+        Settings of the chip.
 
     Returns
     -------
@@ -205,14 +205,14 @@ def poses_i2c(
 
 
 def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
-    """Record freely.
+    """Record without poses.
 
     Parameters
     ----------
     source : Source
         The sensor.
     target : Path
-        Where the recording goes.
+        File of the recording.
     seconds : float
         How long.
 
@@ -224,7 +224,7 @@ def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
     Raises
     ------
     DataError
-        The sensor gave nothing that is worth keeping.
+        The sensor gave too few samples to save.
     FootnavError
         The recording cannot be written.
     """
@@ -237,26 +237,26 @@ def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
 
 
 def capture_poses(source: Source, target: Path, plan: Plan) -> int:
-    """Lead through the poses of a calibration, and record all of it.
+    """Guide through the poses of a calibration, and record all samples.
 
     Parameters
     ----------
     source : Source
         The sensor.
     target : Path
-        Where the recording goes.
+        File of the recording.
     plan : Plan
-        Which poses, and how long.
+        Number and duration of the poses.
 
     Returns
     -------
     int
-        Exit status: 1 if poses are missing, though the recording is kept.
+        Exit status: 1 if poses are missing; the recording is saved in any case.
 
     Raises
     ------
     DataError
-        The sensor gave nothing that is worth keeping.
+        The sensor gave too few samples to save.
     FootnavError
         The recording cannot be written.
     """
@@ -266,8 +266,9 @@ def capture_poses(source: Source, target: Path, plan: Plan) -> int:
     _save(recorder, target, source)
     if guide.stage is not Stage.DONE:
         missing = ", ".join(guide.missing_sides) or "no side"
-        complain(
-            f"{target} is not complete: {missing} and {plan.tilts - guide.tilts} of {plan.tilts} tilts are missing"
+        print_error(
+            f"{target} is not complete: {missing} and {plan.tilts - guide.tilts} of {plan.tilts} "
+            "tilts are missing"
         )
         return _FAILED
     print(f"next: footnav calibrate accel {_as_argument(target, recorder.setup)}")
@@ -275,16 +276,16 @@ def capture_poses(source: Source, target: Path, plan: Plan) -> int:
 
 
 class Meter:
-    """Shows how a capture goes on: time, rate, losses, and whether the sensor moves.
+    """Shows the state of a capture: time, rate, losses, and whether the sensor moves.
 
     Parameters
     ----------
     source : Source
         The sensor.
     shown : Screen
-        Where to show it.
+        The status line.
     seconds : float
-        When the capture is complete.
+        Duration of the capture, s.
     """
 
     def __init__(self, source: Source, shown: Screen, seconds: float) -> None:
@@ -295,13 +296,14 @@ class Meter:
         self._recent: deque[tuple[float, int]] = deque()
 
     def see(self, block: Block) -> bool:
-        """Take a block in; True once the capture is complete."""
+        """Process a block; True once the capture is complete."""
         for window in self._stillness.feed(block):
             self._state = "at rest" if window.still else "moving"
         now = float(block.t[-1])
         self._start = float(block.t[0]) if self._start is None else self._start
         self._shown.show(
-            f"{now - self._start:7.1f} s  {self._rate(now, len(block)):7.1f} Hz  {self._state:8}{self._losses}"
+            f"{now - self._start:7.1f} s  {self._rate(now, len(block)):7.1f} Hz  "
+            f"{self._state:8}{self._losses}"
         )
         return now - self._start >= self._seconds
 
@@ -310,7 +312,7 @@ class Meter:
         return str(self._source.losses)
 
     def _rate(self, now: float, samples: int) -> float:
-        """Return the rate since the end of the block that came `_RATE_WINDOW` ago, Hz."""
+        """Return the rate over the last `_RATE_WINDOW`, Hz."""
         self._recent.append((now, samples))
         while len(self._recent) > 2 and now - self._recent[1][0] >= _RATE_WINDOW:
             self._recent.popleft()
@@ -321,14 +323,14 @@ class Meter:
 
 
 class Leader:
-    """Tells a person what the guide says, each thing once.
+    """Prints the instructions and messages of the guide, each once.
 
     Parameters
     ----------
     guide : Guide
-        Follows the samples.
+        The guide.
     shown : Screen
-        Where to tell it.
+        The status line.
     """
 
     def __init__(self, guide: Guide, shown: Screen) -> None:
@@ -337,7 +339,7 @@ class Leader:
         self._tell()
 
     def see(self, block: Block) -> bool:
-        """Take a block in; True once all poses are done."""
+        """Process a block; True once all poses are done."""
         for remark in self._guide.feed(block):
             self._shown.say(f"  {remark}")
         self._tell()
@@ -353,14 +355,14 @@ class Leader:
 
 
 def check_target(out: Path | None, kind: str) -> Path:
-    """Make sure that a recording will find its place, before anybody walks for it.
+    """Validate the file of a recording before the capture starts.
 
     Parameters
     ----------
     out : Path or None
-        What was asked for.
+        File of the command line.
     kind : str
-        What the name begins with where none was asked for.
+        Start of the default name.
 
     Returns
     -------
@@ -384,7 +386,7 @@ def check_target(out: Path | None, kind: str) -> Path:
 
 
 def check_duration(seconds: float | None) -> float:
-    """Return how long to record, or raise ConfigError for a time that is none."""
+    """Return the duration of a capture, s, or raise ConfigError."""
     if seconds is None:
         return math.inf
     if not 0 < seconds < math.inf:
@@ -393,7 +395,7 @@ def check_duration(seconds: float | None) -> float:
 
 
 def _gather(source: Source, watch: Watch) -> tuple[Recorder, int]:
-    """Record until it is complete, Ctrl-C, or a failure after which there is something to keep."""
+    """Record until completion, Ctrl-C, or a failure after enough samples to save."""
     recorder = Recorder(source.name)
     status = 0
     try:
@@ -406,7 +408,7 @@ def _gather(source: Source, watch: Watch) -> tuple[Recorder, int]:
     except DataError as error:
         if recorder.duration < _WORTH_KEEPING:
             raise
-        complain(error)
+        print_error(error)
         status = _FAILED
     return recorder, status
 
@@ -419,7 +421,10 @@ def _save(recorder: Recorder, target: Path, source: Source) -> None:
 
 
 def _as_argument(target: Path, setup: Setup | None) -> str:
-    """Name a recording as the other commands take it; a table has no place for the full scales."""
+    """Return a recording as an argument of other commands.
+
+    A table does not hold the full scales.
+    """
     if setup is None or target.suffix.lower() != ".csv":
         return str(target)
     return f"{target} --accel-range {setup.accel_range_g} --gyro-range {setup.gyro_range_deg_s}"

@@ -1,4 +1,4 @@
-"""Walks as text and tables."""
+"""Text and tables of tracks and noise."""
 
 import dataclasses
 import io
@@ -34,18 +34,18 @@ _NOISE_UNITS = {
         ("bias random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
     ),
 }
-"""What each term of the noise is called, its SI unit, and that of data sheets with how many of them make one in SI."""
+"""Name of each noise term, its SI unit, and the unit of data sheets with its factor."""
 
 
 def describe(summary: Summary, written: Sequence[Path]) -> str:
-    """Sum one walk up.
+    """Summarize one walk.
 
     Parameters
     ----------
     summary : Summary
         Of the walk.
     written : sequence of Path
-        Files that hold it.
+        Files that were written.
 
     Returns
     -------
@@ -61,8 +61,8 @@ def describe(summary: Summary, written: Sequence[Path]) -> str:
     return "\n".join(lines)
 
 
-def side_by_side(summaries: Sequence[Summary]) -> Table:
-    """Put several walks side by side.
+def summary_table(summaries: Sequence[Summary]) -> Table:
+    """Tabulate several walks.
 
     Parameters
     ----------
@@ -89,8 +89,8 @@ def side_by_side(summaries: Sequence[Summary]) -> Table:
     return table
 
 
-def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
-    """Put a track beside the truth.
+def comparison_table(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
+    """Tabulate a track and its errors against the truth.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: f
 
 
 def noise_table(figures: NoiseFigures) -> Table:
-    """Put the noise of the axes side by side, in the units of data sheets and in SI.
+    """Tabulate the noise of the axes, in the units of data sheets and in SI.
 
     Parameters
     ----------
@@ -132,8 +132,8 @@ def noise_table(figures: NoiseFigures) -> Table:
     Returns
     -------
     Table
-        A row for each term, with intervals of 95 %, or upper limits of what was not seen; and one
-        in SI if it was seen.
+        A row for each term, with intervals of 95 % or upper limits, and one in SI if it is
+        significant.
     """
     table = _table("", "unit", "x", "y", "z")
     for sensor, terms in _NOISE_UNITS.items():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError
 
-from footnav.cli.console import complain
+from footnav.cli.console import print_error
 from footnav.errors import ConfigError, FootnavError
 
 FAILED, MISUSED, INTERRUPTED = 1, 2, 130
@@ -31,13 +31,13 @@ def run_app(app: App, arguments: Sequence[str]) -> int:
         return _run(app, arguments)
     except CycloptsError as error:
         chain = error.command_chain or ()
-        complain(f"{error} See: {' '.join((*app.name, *chain))} --help")
+        print_error(f"{error} See: {' '.join((*app.name, *chain))} --help")
         return MISUSED
     except ConfigError as error:
-        complain(error)
+        print_error(error)
         return MISUSED
     except FootnavError as error:
-        complain(error)
+        print_error(error)
         return FAILED
     except BrokenPipeError:
         # The reader of a pipe, such as `head`, has closed it; without this the interpreter
@@ -45,7 +45,7 @@ def run_app(app: App, arguments: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except KeyboardInterrupt:
-        complain("interrupted")
+        print_error("interrupted")
         return INTERRUPTED
 
 

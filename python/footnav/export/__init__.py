@@ -1,4 +1,4 @@
-"""Files of a track: one module a format, written whole or not at all."""
+"""Files of a track: one module for each format, written atomically."""
 
 from footnav.export.save import save
 

@@ -1,4 +1,4 @@
-"""NumPy archive of everything that a track holds."""
+"""NumPy archive of all fields of a track."""
 
 import dataclasses
 import json
@@ -23,7 +23,7 @@ _STRIDES = {f.name: f"stride_{f.name}" for f in dataclasses.fields(Strides)}
 
 
 def write_npz(traj: Track, file: BinaryIO) -> None:
-    """Write all arrays, in the frame with z up, the filter's strides, and the rest as JSON text under ``about``."""
+    """Write arrays (z up) and strides of the filter, and the rest as JSON under ``about``."""
     arrays: dict[str, Any] = {name: getattr(traj, name) for name in _ARRAYS}
     if traj.filter_strides is not None:
         arrays |= {key: getattr(traj.filter_strides, name) for name, key in _STRIDES.items()}

@@ -38,8 +38,8 @@ def geodetic(traj: Track, origin: Sequence[float] | None) -> Floats:
     Warns
     -----
     FootnavWarning
-        When there is no origin, and the track is put at latitude 0, longitude 0; when there is one,
-        but x may not be east.
+        When there is no origin, and latitude 0, longitude 0 is assumed; when there is one, but x
+        may not be east.
     """
     _check_positions(traj)
     return enu_to_geodetic(traj.position, _origin(traj, origin))[:, [1, 0, 2]]
@@ -52,7 +52,8 @@ def _origin(traj: Track, origin: Sequence[float] | None) -> Origin:
         return given
     warnings.warn(
         "the track has no origin and is put at latitude 0, longitude 0: "
-        "set output.origin in the configuration, or save(..., origin=(latitude, longitude, height))",
+        "set output.origin in the configuration, or save(..., origin=(latitude, longitude, "
+        "height))",
         FootnavWarning,
         stacklevel=2,
     )
@@ -68,5 +69,6 @@ def _check_positions(traj: Track) -> None:
     bad = np.flatnonzero(~np.isfinite(traj.position).all(axis=1))
     if bad.size:
         raise DataError(
-            f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers for a map"
+            f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers "
+            "for a map"
         )

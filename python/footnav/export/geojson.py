@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946): the track as a line, with points where it starts, ends and stands."""
+"""GeoJSON (RFC 7946): the track as a line, with points for start, end and stances."""
 
 import json
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ def write_geojson(
     origin: Sequence[float] | None = None,
     stances: bool = False,
 ) -> None:
-    """Write a FeatureCollection; the line carries the summary in SI units, each point its stamp."""
+    """Write a FeatureCollection; the line has the summary in SI units, each point its stamp."""
     places = geodetic(traj, origin).tolist()
     features = [
         _feature("LineString", places, _properties(traj.summary())),

@@ -17,7 +17,10 @@ def write_gpx(
     origin: Sequence[float] | None = None,
     start_time: datetime | None = None,
 ) -> None:
-    """Write one track of one segment, a point a sample; `start_time` is that of the first sample."""
+    """Write one track of one segment, a point for each sample.
+
+    `start_time` is that of the first sample.
+    """
     gpx = require("gpxpy.gpx", "gpxpy")
     times = _times(traj, start_time)
     document = gpx.GPX()
@@ -38,7 +41,8 @@ def _times(traj: Track, start_time: Any) -> Sequence[datetime | None]:
         return [None] * len(traj)
     if not isinstance(start_time, datetime) or start_time.utcoffset() is None:
         raise ConfigError(
-            f"start_time is {start_time!r}: expected a datetime with a time zone, such as timezone.utc"
+            f"start_time is {start_time!r}: expected a datetime with a time zone, such as "
+            "timezone.utc"
         )
     start = start_time.astimezone(timezone.utc)
     return [start + timedelta(seconds=seconds) for seconds in (traj.t - traj.t[0]).tolist()]

@@ -1,4 +1,4 @@
-"""Files of a recording, which `footnav.read` gives back to the bit."""
+"""Files of a recording, which `footnav.read` restores to the bit."""
 
 from collections.abc import Callable
 from os import PathLike
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 class Samples(Protocol):
-    """A `footnav.Recording`, as far as its files know it; see there for shapes and units."""
+    """The members of `footnav.Recording` that its files hold; see there for shapes and units."""
 
     @property
     def t(self) -> Floats: ...  # noqa: D102
@@ -44,7 +44,7 @@ def save_recording(recording: Samples, path: str | PathLike[str]) -> None:
         The samples.
     path : path
         ``.csv``: a header ``t (s),ax (m/s^2),...,gz (rad/s)`` and, where present, magnetometer,
-        pressure and temperature, with their units.  A table has no place for the full scales: give
+        pressure and temperature, with their units.  A table does not hold the full scales: pass
         them to `footnav.read` again. ``.npz``: arrays named as the attributes of the recording,
         with the full scales.
 
@@ -53,7 +53,7 @@ def save_recording(recording: Samples, path: str | PathLike[str]) -> None:
     ConfigError
         For another suffix.
     FootnavError
-        For a file that cannot be written, which stays as it was.
+        For a file that cannot be written; an existing one is unchanged.
     """
     path = Path(path)
     check_suffix(path)
@@ -62,7 +62,7 @@ def save_recording(recording: Samples, path: str | PathLike[str]) -> None:
 
 
 def check_suffix(path: Path) -> None:
-    """Raise ConfigError for a path whose suffix is none that a recording can be written to."""
+    """Raise ConfigError for a path whose suffix is not a format of a recording."""
     if path.suffix.lower() not in _WRITERS:
         raise ConfigError(
             f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}"

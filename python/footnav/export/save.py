@@ -37,23 +37,24 @@ def save(traj: Track, path: str | PathLike[str], **options: Any) -> None:
         ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned"
         (default: `traj.frame`). ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg and
         height where origin and heading are known. ``.npz``: everything, read back by
-        `footnav.load_trajectory`; no options. ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude and
-        height; option `origin`, (latitude, longitude, height) in degrees and m (default:
+        `footnav.load_trajectory`; no options. ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude
+        and height; option `origin`, (latitude, longitude, height) in degrees and m (default:
         `traj.origin`).
     **options
-        Those of the format.  ``.geojson`` knows `stances` (bool: a point for each stance), ``.gpx``
-        knows `start_time` (datetime with a time zone: when the first sample was taken; without it
-        the points carry no time).
+        Those of the format. ``.geojson`` has `stances` (bool: a point for each stance), ``.gpx``
+        has `start_time` (datetime with a time zone, that of the first sample; without it the points
+        have no time).
 
     Raises
     ------
     ConfigError
-        For an unknown suffix, an option that the format does not know, or an impossible value of
+        For an unknown suffix, an option that the format does not have, or an impossible value of
         one.
     DataError
-        For a track that the format cannot hold.
+        For a track that the format cannot represent.
     FootnavError
-        For a file that cannot be written, which stays as it was, or a library that is missing.
+        For a file that cannot be written, which leaves an existing one unchanged, or a missing
+        library.
 
     Warns
     -----

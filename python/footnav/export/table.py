@@ -17,7 +17,7 @@ _AXES = {"enu": "xyz", "ned": "ned"}
 
 
 def write_csv(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
-    """Write a header and one line a sample, each number with all the digits that it takes to read it back unchanged."""
+    """Write a header and one line for each sample, with the digits of an exact round trip."""
     columns = _columns(traj, frame)
     columns["zero_velocity"] = columns["zero_velocity"].astype(np.uint8)
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
@@ -26,7 +26,7 @@ def write_csv(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
 
 
 def write_tum(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
-    """Write lines of ``t x y z qx qy qz qw``, as the tools for the TUM benchmark read them."""
+    """Write lines of ``t x y z qx qy qz qw``, the format of the TUM benchmark."""
     states = states_in(traj, frame)
     rows = np.column_stack([traj.t, states.position, states.quaternion])
     _write_rows(file, rows.tolist(), " ")

@@ -1,4 +1,4 @@
-"""What the formats need of a track."""
+"""Interface of a track for the formats."""
 
 from typing import Protocol
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 class Track(Protocol):
-    """A `footnav.Trajectory`, as far as the formats know it; see there for shapes and units."""
+    """The members of `footnav.Trajectory` that the formats use; see there for shapes and units."""
 
     @property
     def t(self) -> Floats: ...  # noqa: D102
@@ -46,5 +46,5 @@ class Track(Protocol):
         ...
 
     def summary(self) -> Summary:
-        """Sum the track up."""
+        """Summarize the track."""
         ...

@@ -75,7 +75,10 @@ def test_without_noise_the_errors_come_back_exactly():
 
 
 def test_errors_lie_within_three_of_their_sigmas():
-    """Of 100 runs 95 should have all 21 numbers inside; fewer than 6 of 8 would come about once in 1000."""
+    """Of 100 runs 95 should have all 21 numbers inside.
+
+    Fewer than 6 of 8 would come about once in 1000.
+    """
     inside = 0
     for seed in range(8):
         sensor = known_sensor(seed)
@@ -116,7 +119,10 @@ def test_an_outlier_among_the_poses_does_not_spoil_the_fit():
 
 
 def test_calibrated_walks_close_five_times_better():
-    """In the mean of four sensors: where the errors of one happen to cancel around the square, less is gained."""
+    """In the mean of four sensors.
+
+    Where the errors of one happen to cancel around the square, less is gained.
+    """
     config = footnav.Config.preset("mpu6050")
     errors = []
     for seed in range(1, 5):

@@ -1,4 +1,7 @@
-"""Files of a calibration: its own TOML, Kalibr's imu.yaml, imucal's JSON, and the registers of an MPU6050."""
+"""Files of a calibration.
+
+Its own TOML, Kalibr's imu.yaml, imucal's JSON, and the registers of an MPU6050.
+"""
 
 import json
 

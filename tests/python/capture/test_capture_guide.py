@@ -58,17 +58,17 @@ def test_what_to_do_is_said_in_every_stage():
     guide, _ = lead([("+z", 2.0)])
     assert guide.stage is Stage.SETTLE
     assert guide.instruction.startswith(
-        "Lay the sensor on a firm table, one side flat, and leave it alone for 5 s"
+        "Place the sensor on a firm table, one side flat, and do not touch it for 5 s"
     )
     guide, _ = lead([("+z", 6.0)])
     assert guide.stage is Stage.PLACE
-    assert guide.instruction == "Turn it until +x points up (to come: +x, -x, +y, -y, -z)."
+    assert guide.instruction == "Turn it until +x points up (remaining: +x, -x, +y, -y, -z)."
     guide, _ = lead([("+z", 6.0), ("-y", 1.5)])
     assert guide.stage is Stage.HOLD
     assert guide.up == "-y"
-    assert guide.instruction == "Leave it alone: -y up."
+    assert guide.instruction == "Do not touch it: -y up."
     guide, _ = lead([("+z", 6.0), *[(side, 3.0) for side in SIX[1:]]])
-    assert guide.instruction == "Lean it at an angle that it did not have before: tilt 1 of 3."
+    assert guide.instruction == "Tilt it to a new angle: tilt 1 of 3."
 
 
 def test_progress_never_falls_but_where_a_pose_is_lost():
@@ -83,7 +83,7 @@ def test_moved_too_early():
     guide, remarks = lead([("+z", 6.0), ("+x", 1.3), ("-x", 3.0)])
     assert remarks[0] == "Done: +z up."
     assert remarks[1].startswith("Moved too early: 1.")
-    assert remarks[1].endswith(" s of 2 s.  Once more.")
+    assert remarks[1].endswith(" s of 2 s.  Repeat the pose.")
     assert remarks[2:] == ["Done: -x up."]
     assert guide.missing_sides == ("+x", "+y", "-y", "-z")
 
@@ -91,7 +91,7 @@ def test_moved_too_early():
 def test_the_quiet_start_begins_anew_when_it_is_disturbed():
     guide, remarks = lead([("+z", 3.0), ("+z", 3.0)])
     assert remarks[0].startswith("Moved too early: ")
-    assert remarks[0].endswith("of 5 s.  Once more.")
+    assert remarks[0].endswith("of 5 s.  Repeat the pose.")
     assert guide.stage is Stage.SETTLE
     assert guide.held < 4
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fake_mpu6050 import FakeMpu6050
-from footnav.capture import Block, I2cSource, Losses, Setup, record
+from footnav.capture import Block, I2cSource, LossCounters, Setup, record
 from footnav.errors import ConfigError, DataError
 
 
@@ -54,7 +54,7 @@ def test_every_sample_comes_once_and_in_order(setup):
     np.testing.assert_array_equal(n, np.arange(n[0], n[0] + len(n)))
     assert len(n) == pytest.approx(3 * setup.rate_hz, abs=0.05 * setup.rate_hz + 2)
     assert bytes(chip.registers[0x19:0x1D]) == setup.registers
-    assert source.losses == Losses()
+    assert source.losses == LossCounters()
 
 
 def test_samples_are_in_si_units():
@@ -90,7 +90,7 @@ def test_an_overflow_is_counted_and_bridged(absence):
     after = read_seconds(source, chip, 2.0)
     n, t = numbers(before + after), times(before + after)
     if absence < 0.33:
-        assert source.losses == Losses()
+        assert source.losses == LossCounters()
         return
     assert source.losses.overflows == 1
     gap = int(np.argmax(np.diff(n)))
@@ -194,7 +194,7 @@ def test_a_chip_that_was_unplugged_is_told():
 def test_a_host_that_is_too_slow_is_told():
     chip = FakeMpu6050()
     source = source_of(chip)
-    with pytest.raises(DataError, match="its FIFO overflows again and again; lower the rate"):
+    with pytest.raises(DataError, match="its FIFO overflows repeatedly; lower the rate"):
         read_seconds(source, chip, 5.0, pause=0.6)
 
 

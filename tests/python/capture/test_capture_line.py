@@ -1,4 +1,7 @@
-"""The decoder of the serial line: every sample that was sent and arrived whole, no other, and a count of the rest."""
+"""The decoder of the serial line.
+
+Every sample that was sent and arrived whole, no other, and a count of the rest.
+"""
 
 import itertools
 import random
@@ -12,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footnav.capture import Decoder, Losses, Setup
+from footnav.capture import Decoder, LossCounters, Setup
 from footnav.errors import ConfigError
 from stream_lines import (
     AT_REST,
@@ -187,7 +190,7 @@ def test_a_capture_may_begin_within_a_line():
     data = b"".join(stream(numbered(3)))[9:] + b"".join(stream(numbered(3), stamp=15_000, number=3))
     decoder, counts = decode(data)
     assert counts == numbered(3)
-    assert decoder.losses == Losses(unscaled=3)
+    assert decoder.losses == LossCounters(unscaled=3)
 
 
 def test_lost_and_broken_lines_are_missing_numbers():
@@ -196,7 +199,7 @@ def test_lost_and_broken_lines_are_missing_numbers():
     del lines[8:10]
     decoder, counts = decode(*lines)
     assert len(counts) == 7
-    assert decoder.losses == Losses(missing=3, broken=1)
+    assert decoder.losses == LossCounters(missing=3, broken=1)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +209,7 @@ def test_stamps_and_numbers_that_begin_anew_count_on(stamp, number):
     decoder = Decoder()
     samples = decoder.feed(b"".join(stream(numbered(5), stamp, number)))
     assert [sample.stamp_us for sample in samples] == [stamp + 5000 * k for k in range(5)]
-    assert decoder.losses == Losses()
+    assert decoder.losses == LossCounters()
 
 
 @pytest.mark.parametrize("silence", [0.01, 1, 50])
@@ -217,7 +220,7 @@ def test_a_silence_across_the_end_of_the_counters_is_a_loss(silence):
     decoder = Decoder()
     samples = decoder.feed(b"".join([*before, after]))
     assert samples[1].stamp_us - samples[0].stamp_us == 5000 * (lost + 1)
-    assert decoder.losses == Losses(missing=lost)
+    assert decoder.losses == LossCounters(missing=lost)
 
 
 @pytest.mark.parametrize("minutes", [0.1, 20, 35, 50, 71])
@@ -228,12 +231,12 @@ def test_a_device_that_begins_anew_is_a_restart(minutes):
     samples = decoder.feed(b"".join(before + after))
     assert [sample.run for sample in samples] == [0] * 5 + [1] * 5
     assert samples[5].stamp_us == 900_000
-    assert decoder.losses == Losses(restarts=1)
+    assert decoder.losses == LossCounters(restarts=1)
 
 
 def test_clocks_that_disagree_by_some_percent_are_one_run():
     lines = [*stream(numbered(2)), sample_line(int(5000 * 0.96 * 1000), 1000)]
-    assert decode(*lines)[0].losses == Losses(missing=998)
+    assert decode(*lines)[0].losses == LossCounters(missing=998)
 
 
 # What the device complains of
@@ -291,7 +294,10 @@ def build(compiler: str, source: str, folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def board(compiler, tmp_path_factory):
-    """Run the sketch on a simulated board: case, first stamp in µs and duration in, bytes of the serial port out."""
+    """Run the sketch on a simulated board.
+
+    Case, first stamp in µs and duration in, bytes of the serial port out.
+    """
     program = build(compiler, "board.cpp", tmp_path_factory.mktemp("board"))
 
     def run(case: str, first_micros: int, seconds: float) -> bytes:
@@ -332,7 +338,7 @@ def test_the_example_in_the_guide_is_a_line():
 def test_the_sketch_sends_every_sample_across_the_wrap_of_its_clock(board):
     decoder = Decoder()
     samples = decoder.feed(board("sound", 2**32 - 2_000_000, 4.0))
-    assert decoder.losses == Losses()
+    assert decoder.losses == LossCounters()
     assert decoder.device == 1
     counts = [sample.counts[0] for sample in samples]
     assert counts == list(range(counts[0], counts[0] + len(samples)))

@@ -1,4 +1,7 @@
-"""The serial source: on a pseudo-terminal, with a scripted port, and what it says when nothing good comes."""
+"""The serial source.
+
+On a pseudo-terminal, with a scripted port, and what it says when nothing good comes.
+"""
 
 import itertools
 import os
@@ -13,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import footnav
-from footnav.capture import Block, Losses, SerialSource, Setup, follow, record
+from footnav.capture import Block, LossCounters, SerialSource, Setup, follow, record
 from footnav.capture.clock import HostedClock
 from footnav.errors import ConfigError, DataError
 from stream_lines import AT_REST, fault_line, header_line, sample_line, stream
@@ -101,7 +104,7 @@ def test_a_walk_comes_through_a_port(terminal):
         recording = record(source, 2.9)
         board.join()
         assert source.device == 1
-        assert source.losses == Losses(missing=1, broken=1)
+        assert source.losses == LossCounters(missing=1, broken=1)
     kept = np.array(walk)[np.arange(600) != 99][: len(recording)]
     assert recording.name == port
     assert recording.accel_range == pytest.approx(16 * 9.80665)
@@ -133,7 +136,7 @@ def test_a_port_that_vanishes_is_told():
     script = Script([])
     script.read = fail
     with pytest.raises(
-        DataError, match=r"ttyTEST is gone: Input/output error; was the plug pulled\?"
+        DataError, match=r"ttyTEST disappeared: Input/output error; was it unplugged\?"
     ):
         SerialSource(script, "ttyTEST", script.clock).read()
 
@@ -144,7 +147,7 @@ def test_a_port_that_vanishes_is_told():
 @pytest.mark.parametrize(
     ("pieces", "message"),
     [
-        ([], "nothing arrives at all"),
+        ([], "no bytes arrive"),
         (
             [(0.1, b"\xff\x00\n" * 99)],
             "297 bytes arrived, but no line of the sketch: do the baud rates agree",
@@ -177,7 +180,7 @@ def test_a_fault_that_passes_is_only_counted():
     ]
     source = source_of(*lines)
     assert sum(map(len, read_samples(source, 6))) == 6
-    assert source.losses == Losses(restarts=1)
+    assert source.losses == LossCounters(restarts=1)
 
 
 def test_the_port_is_closed_at_the_end():
@@ -227,7 +230,7 @@ def test_the_host_tells_how_long_a_restart_took():
     source = source_of(*paced(200, stamp=7_000_000), *paced(200, stamp=100_000, at=3.0))
     blocks = read_samples(source, 400)
     t = np.concatenate([block.t for block in blocks])
-    assert source.losses == Losses(restarts=1)
+    assert source.losses == LossCounters(restarts=1)
     assert t[200] - t[0] == pytest.approx(3.0, abs=0.01)
     assert np.diff(t).min() > 0
 
@@ -267,7 +270,7 @@ def test_another_full_scale_in_the_midst_is_refused():
     other = bytes((4, 2, 0, 0))
     lines = b"".join(stream([AT_REST] * 300)) + header_line(other) + sample_line(300 * 5000, 300)
     with pytest.raises(
-        DataError, match=r"ttyTEST: the chip was set to 16 g.*, and now is to 2 g, 250 deg/s"
+        DataError, match=r"ttyTEST: the settings of the chip changed from 16 g.* to 2 g, 250 deg/s"
     ):
         record(source_of((0.1, lines)), 60)
 

@@ -154,7 +154,7 @@ def test_temperature_adds_to_an_existing_calibration(run):
     quick_poses("ideal").save("poses.csv")
     _, _, err = run("calibrate", "accel", "poses.csv", "--update", "shoe.toml")
     assert (
-        "warning: the accelerometer follows the temperature no more: calibrate temperature again"
+        "warning: the accelerometer has no temperature model any more: calibrate temperature again"
         in err
     )
 

@@ -13,7 +13,7 @@ import pytest
 import serial
 
 import footnav
-from footnav.capture import Block, Guide, Losses, Plan
+from footnav.capture import Block, Guide, LossCounters, Plan
 from footnav.cli import main
 from footnav.cli.capture import Leader, Meter, capture, capture_poses, check_duration, check_target
 from footnav.errors import ConfigError, DataError
@@ -35,7 +35,7 @@ class Given:
     blocks: Iterator[Block]
     end: BaseException
     name: str = "given"
-    losses: Losses = field(default_factory=Losses)
+    losses: LossCounters = field(default_factory=LossCounters)
 
     def read(self) -> list[Block]:
         block = next(self.blocks, None)
@@ -44,11 +44,11 @@ class Given:
         return [block]
 
 
-def given(poses, end: BaseException | None = None, losses: Losses | None = None) -> Given:
+def given(poses, end: BaseException | None = None, losses: LossCounters | None = None) -> Given:
     return Given(
         blocks(counts(poses)),
         end or AssertionError("the capture did not end"),
-        losses=losses or Losses(),
+        losses=losses or LossCounters(),
     )
 
 
@@ -60,7 +60,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[list[Counts]], str]]:
-    """Connect a board that starts as its port is opened and sends as fast as it is read; the port is returned."""
+    """Connect a board that starts as its port is opened and sends as fast as it is read.
+
+    The port is returned.
+    """
     master, slave = os.openpty()
     opened = threading.Event()
     drop_old_bytes = serial.Serial.reset_input_buffer
@@ -120,7 +123,7 @@ def test_poses_are_led_through_at_a_port(board, capsys):
 
 
 def test_ctrl_c_ends_a_capture_and_keeps_what_came(capsys):
-    source = given([("+z", 1.5)], KeyboardInterrupt(), Losses(missing=7, broken=2))
+    source = given([("+z", 1.5)], KeyboardInterrupt(), LossCounters(missing=7, broken=2))
     assert capture(source, Path("walk.npz")) == 0
     assert capsys.readouterr().out.startswith(
         "walk.npz: 300 samples, 1.50 s at 200 Hz, 7 missing, 2 broken\n"
@@ -129,15 +132,15 @@ def test_ctrl_c_ends_a_capture_and_keeps_what_came(capsys):
 
 
 def test_a_plug_that_is_pulled_ends_a_capture_and_keeps_what_came(capsys):
-    assert capture(given([("+z", 3.0)], DataError("given is gone")), Path("walk.csv")) == 1
+    assert capture(given([("+z", 3.0)], DataError("given disappeared")), Path("walk.csv")) == 1
     streams = capsys.readouterr()
-    assert streams.err == "footnav: given is gone\n"
+    assert streams.err == "footnav: given disappeared\n"
     assert len(footnav.read("walk.csv")) == 600
 
 
 def test_a_capture_that_fails_at_once_leaves_nothing(folder):
-    with pytest.raises(DataError, match="given is gone"):
-        capture(given([("+z", 1.0)], DataError("given is gone")), Path("walk.csv"))
+    with pytest.raises(DataError, match="given disappeared"):
+        capture(given([("+z", 1.0)], DataError("given disappeared")), Path("walk.csv"))
     with pytest.raises(DataError, match="given: 0 samples came"):
         capture(given([("+z", 0.0)], KeyboardInterrupt()), Path("walk.csv"))
     assert list(folder.iterdir()) == []
@@ -148,7 +151,7 @@ def test_all_poses_are_recorded_and_the_next_step_named(capsys):
     assert capture_poses(given(COMPLETE), Path("poses.npz"), QUICK) == 0
     streams = capsys.readouterr()
     assert streams.out.endswith("next: footnav calibrate accel poses.npz\n")
-    assert streams.err.startswith("Lay the sensor on a firm table")
+    assert streams.err.startswith("Place the sensor on a firm table")
     assert streams.err.count("  Done: ") == 7
     assert streams.err.endswith("  Done: tilt 1.\nAll poses are done.\n")
     back = footnav.read("poses.npz")
@@ -171,7 +174,7 @@ def test_the_line_on_the_screen_tells_rate_losses_and_rest():
     class Screen:
         show = staticmethod(shown.append)
 
-    meter = Meter(given([("+z", 0.0)], losses=Losses(missing=3)), Screen(), 100)
+    meter = Meter(given([("+z", 0.0)], losses=LossCounters(missing=3)), Screen(), 100)
     for block in blocks(counts([("+z", 3.0), ("+x", 0.4)])):
         meter.see(block)
     assert any(re.fullmatch(r"    3\.0 s    200\.0 Hz  at rest 3 missing", line) for line in shown)
@@ -233,7 +236,7 @@ def test_the_screen_tells_which_side_is_up_and_how_long_it_still_takes():
     leader = Leader(Guide(QUICK), Screen())
     for block in blocks(counts([("+z", 1.5)])):
         leader.see(block)
-    assert shown[0].startswith("Lay the sensor on a firm table")
+    assert shown[0].startswith("Place the sensor on a firm table")
     assert shown[-1].startswith(" 10%  +z up now, held for 1.4 of 2 s")
 
 

@@ -14,7 +14,7 @@ import pytest
 
 import footnav
 from footnav.cli import main
-from footnav.cli.console import attending
+from footnav.cli.console import reporting
 from footnav.cli.track import FORMATS
 from footnav.export.recording import save_recording
 from footnav.trajectory import load_trajectory
@@ -190,7 +190,7 @@ def test_misuse_is_status_2_and_one_line(run, walk, arguments, message):
 
 def test_other_warnings_than_footnavs_go_their_way(capsys):
     def work() -> None:
-        with attending("walk.csv"):
+        with reporting("walk.csv"):
             warnings.warn("old", DeprecationWarning, stacklevel=1)
             warnings.warn("walk.csv, line 3: odd", footnav.FootnavWarning, stacklevel=1)
 
@@ -356,7 +356,7 @@ def test_without_matplotlib_there_are_tracks_but_no_pictures(run, walk, monkeypa
 def test_a_folder_that_cannot_be_made_is_an_error(run, walk):
     outcome = run("track", walk, "--out", walk / "tracks")
     assert outcome.status == 1
-    assert "walk.csv/tracks: cannot be made a folder" in outcome.err
+    assert "walk.csv/tracks: cannot be created" in outcome.err
 
 
 def test_a_real_recording_with_gaps(run, data_dir):

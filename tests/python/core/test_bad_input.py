@@ -1,4 +1,7 @@
-"""Bad input through the public interface: an error of footnav or a finite result, no panic, no nan in silence."""
+"""Bad input through the public interface.
+
+An error of footnav or a finite result, no panic, no nan in silence.
+"""
 
 import contextlib
 import subprocess
@@ -82,7 +85,10 @@ def assert_sound(navigator):
 
 
 def assert_finite_or_refused(navigator, samples):
-    """Push a block and end the data; a filter that cannot go on has to say so, and to keep saying so until reset."""
+    """Push a block and end the data.
+
+    A filter that cannot go on has to say so, and to keep saying so until reset.
+    """
     try:
         assert_finite(navigator.push_block(*samples))
         assert_sound(navigator)
@@ -264,7 +270,8 @@ def test_the_process_outlives_everything():
     script = """
 import numpy as np, footnav
 for value in (0.0, 5e-324, 1e18, 1e154, 1e300, 1.7976931348623157e308, float("inf"), float("nan")):
-    for detector in (footnav.detectors.AdaptiveShoe(), footnav.detectors.Shoe(), footnav.detectors.MagnitudeVariance()):
+    for detector in (footnav.detectors.AdaptiveShoe(), footnav.detectors.Shoe(),
+    footnav.detectors.MagnitudeVariance()):
         for n in (0, 1, 2, 150, 400):
             navigator = footnav.Navigator(footnav.Config(detector=detector), 100.0)
             accel = np.tile([0.0, 0.0, 9.81], (n, 1))

@@ -134,7 +134,10 @@ def test_least_squares_are_least() -> None:
 
 
 def test_yaw_is_taken_at_the_first_sample_beyond_the_distance() -> None:
-    """The estimate goes east, turns off at 0.8 m; the truth goes north: from there on the two part."""
+    """The estimate goes east, turns off at 0.8 m; the truth goes north.
+
+    From there on the two part.
+    """
     along = np.column_stack([np.linspace(0, 0.8, 9), np.zeros(9), np.zeros(9)])
     off = along[-1] + np.column_stack([np.zeros(8), np.linspace(0.1, 0.8, 8), np.zeros(8)])
     estimate = np.vstack([along, off])

@@ -1,4 +1,7 @@
-"""Strides as the filter finds them, with their covariance: in batch, as events of a stream, and in files."""
+"""Strides as the filter finds them, with their covariance.
+
+In batch, as events of a stream, and in files.
+"""
 
 import dataclasses
 import re
@@ -102,7 +105,10 @@ def test_reset_forgets_the_strides(recording: Recording, tracked: Trajectory) ->
 
 
 def test_one_stride_has_the_numbers_of_its_row(tracked: Trajectory) -> None:
-    """A stride is a row of the strides, in SI units; its frame is turned by the heading of its start."""
+    """A stride is a row of the strides, in SI units.
+
+    Its frame is turned by the heading of its start.
+    """
     strides = tracked.strides
     for k, stride in enumerate(strides):
         assert (stride.length, stride.height_change) == (
@@ -156,7 +162,7 @@ def test_parts_find_their_strides_anew(tracked: Trajectory) -> None:
 def test_strides_of_another_track_are_refused(tracked: Trajectory, change: Any) -> None:
     """Nobody carries strides on to rows that they do not fit."""
     message = (
-        "filter_strides do not lie between rows of this track: leave them out to find them anew"
+        "filter_strides do not lie between rows of this track: leave them out to compute them"
     )
     with pytest.raises(DataError, match=message):
         dataclasses.replace(tracked, **change(tracked))

@@ -96,7 +96,10 @@ def known_files(
 
 
 def circles(graph: Graph) -> list[list[str]]:
-    """Circles of imports, in the direction of import; each is cut before the search for the next."""
+    """Circles of imports, in the direction of import.
+
+    Each is cut before the search for the next.
+    """
     graph = {module: set(imports) for module, imports in graph.items()}
     found = []
     while True:

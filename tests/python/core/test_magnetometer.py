@@ -1,4 +1,7 @@
-"""The heading that a magnetometer holds: a walk whose gyroscope drifts, in the field of the Earth and in bent ones."""
+"""The heading that a magnetometer holds.
+
+A walk whose gyroscope drifts, in the field of the Earth and in bent ones.
+"""
 
 import dataclasses
 import re

@@ -1,4 +1,7 @@
-"""Many recordings: the tracks of `track` to the bit, wherever they are made, and no failure loses the others."""
+"""Many recordings.
+
+The tracks of `track` to the bit, wherever they are made, and no failure loses the others.
+"""
 
 import functools
 import os
@@ -171,5 +174,5 @@ def test_no_thread_is_left(walks):
 
 def test_a_folder_that_cannot_be_made(tmp_path, walks):
     (tmp_path / "file").write_text("")
-    with pytest.raises(DataError, match=r"file.*cannot be made a folder"):
+    with pytest.raises(DataError, match=r"file.*cannot be created"):
         next(track_many(walks, folder=tmp_path / "file"))

@@ -497,7 +497,10 @@ def eager_threads():
 
 @pytest.mark.usefixtures("eager_threads")
 def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
-    """One pushes the walk and tries again when it is turned away; the other looks, and pushes what must be refused."""
+    """One pushes the walk and tries again when it is turned away.
+
+    The other looks, and pushes what must be refused.
+    """
     samples = walk()
     expected = in_blocks(Navigator(rate_hz=RATE), samples, [])
     navigator = Navigator(rate_hz=RATE)
@@ -542,7 +545,10 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
 
 
 def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
-    """A detector that looks at its own navigator stands for the other thread: it always comes at the wrong moment."""
+    """A detector that looks at its own navigator stands for the other thread.
+
+    It always comes at the wrong moment.
+    """
     complaints = []
 
     class Nosy:

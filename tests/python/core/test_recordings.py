@@ -1,4 +1,7 @@
-"""Real recordings with the default settings: finite tracks, the accuracy that is promised, and honest health."""
+"""Real recordings with the default settings.
+
+Finite tracks, the accuracy that is promised, and honest health.
+"""
 
 import warnings
 
@@ -17,7 +20,10 @@ GYRO_RANGES = (250, 500, 1000, 2000)
 
 
 def quietly(recording, config=None):
-    """Track, with the default settings if no others are given; what is said of the recording is looked at elsewhere."""
+    """Track, with the default settings if no others are given.
+
+    What is said of the recording is looked at elsewhere.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FootnavWarning)
         return track(recording, config)

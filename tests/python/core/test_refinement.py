@@ -1,4 +1,7 @@
-"""What is done beside and after the filter: dead reckoning, attitude updates, corrections, smoothers, levelling."""
+"""What is done beside and after the filter.
+
+Dead reckoning, attitude updates, corrections, smoothers, levelling.
+"""
 
 import itertools
 
@@ -198,7 +201,10 @@ class TestSmoothers:
         assert whole < filtered
 
     def test_no_jump_is_left_at_the_start_of_a_stance(self, walk):
-        """The filter's position jumps where a stance begins; the velocity of a smoothed one is its derivative."""
+        """The filter's position jumps where a stance begins.
+
+        The velocity of a smoothed one is its derivative.
+        """
         recording, _ = walk
 
         def jump(config):

@@ -1,4 +1,7 @@
-"""Batch tracking: what it promises of rows, errors and warnings, and the physics that the track must obey."""
+"""Batch tracking.
+
+What it promises of rows, errors and warnings, and the physics that the track must obey.
+"""
 
 import warnings
 
@@ -34,7 +37,10 @@ REST, SWING, STANCE, STRIDES, STRIDE = 2.0, 0.6, 0.6, 6, 1.2
 
 
 def resting(mounting=None, n=300, rate=100.0, accel_bias=0.0, gyro_bias=0.0, **more):
-    """Return a noiseless recording of a sensor that stands still; `mounting` turns its axes into east, north, up."""
+    """Return a noiseless recording of a sensor that stands still.
+
+    `mounting` turns its axes into east, north, up.
+    """
     up = (mounting or Rotation.identity()).inv().apply([0.0, 0.0, G])
     return Recording(
         np.arange(n) / rate, np.tile(up + accel_bias, (n, 1)), np.zeros((n, 3)) + gyro_bias, **more
@@ -471,7 +477,10 @@ def test_every_mechanization_follows_a_walk(kind):
 
 
 def test_the_heading_turns_the_track():
-    """A walk along the forward axis with a heading of 90 degrees goes east; with one of 180 degrees, south."""
+    """A walk along the forward axis with a heading of 90 degrees goes east.
+
+    With one of 180 degrees, south.
+    """
     recording = Recording(*strides()[:3])
     for heading_deg, way in ((90.0, [1, 0]), (180.0, [0, -1]), (0.0, [0, 1])):
         end = track(recording, Config(alignment=Alignment(heading_deg=heading_deg))).position[-1]

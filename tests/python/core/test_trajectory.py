@@ -29,7 +29,9 @@ def places(strides: int = 40) -> Any:
 
 
 def walk(strides: int = 40, rate_hz: float = 100.0, **options: Any) -> Trajectory:
-    """Walk through `places`: 2 s of rest at both ends, 0.7 s of swing and 0.5 s of stance for each stride.
+    """Walk through `places`.
+
+    2 s of rest at both ends, 0.7 s of swing and 0.5 s of stance for each stride.
 
     The foot rolls all the time, and turns least in the middle of each stance.
     """
@@ -170,7 +172,7 @@ def test_parts_that_do_not_follow_each_other_are_refused() -> None:
 
 def test_a_row_is_no_part() -> None:
     """An index is not a slice."""
-    with pytest.raises(TypeError, match=r"not by 3"):
+    with pytest.raises(TypeError, match=r"not 3"):
         walk(2)[3]  # type: ignore[index]
 
 

@@ -1,4 +1,7 @@
-"""Standard deviations that hold: on simulated walks whose sensor is as configured, and under motion capture."""
+"""Standard deviations that hold.
+
+On simulated walks whose sensor is as configured, and under motion capture.
+"""
 
 import dataclasses
 from concurrent.futures import ThreadPoolExecutor
@@ -26,7 +29,10 @@ WALKS = 200
 
 
 def sensor_as_configured(sensor):
-    """Return errors of exactly the sizes that the settings state: noise, biases, scale and misalignment."""
+    """Return errors of exactly the sizes that the settings state.
+
+    Noise, biases, scale and misalignment.
+    """
 
     def triad(noise, bias, walk, scale):
         return TriadErrors(
@@ -101,7 +107,10 @@ def share_within_three_sigma(walks, config):
 
 @pytest.mark.filterwarnings("ignore::footnav.FootnavWarning")
 def test_truth_lies_within_three_sigma_under_motion_capture(vicon):
-    """It does in 97.1 % of the samples; if the errors of all zero velocities were independent, in 94.9 %."""
+    """It does in 97.1 % of the samples.
+
+    If the errors of all zero velocities were independent, in 94.9 %.
+    """
     independent = Config(filter=Filter(zupt_correlation=0.0))
     share = share_within_three_sigma(vicon, Config())
     assert share >= 0.95

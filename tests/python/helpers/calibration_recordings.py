@@ -41,7 +41,10 @@ def known_sensor(seed: int, noise: float = 1.0) -> SensorErrors:
 
 
 def lower(matrix: np.ndarray) -> np.ndarray:
-    """Return the lower triangular L with L'L = M'M: the same lengths, in the frame that a calibration settles on."""
+    """Return the lower triangular L with L'L = M'M.
+
+    The same lengths, in the frame that a calibration settles on.
+    """
     mirror = np.eye(3)[::-1]
     return mirror @ np.linalg.cholesky(mirror @ matrix.T @ matrix @ mirror).T @ mirror
 

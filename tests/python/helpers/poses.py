@@ -32,7 +32,10 @@ def tilts(n: int) -> list[tuple[float, float, float]]:
 def counts(
     poses: Iterable[Pose], noise: float = 1.0, turn: float = 0.8, seed: int = 1
 ) -> np.ndarray:
-    """Make raw counts at 16 g and 2000 deg/s, shape (n, 7); the shortest turn between two poses takes `turn` s."""
+    """Make raw counts at 16 g and 2000 deg/s, shape (n, 7).
+
+    The shortest turn between two poses takes `turn` s.
+    """
     rng = np.random.default_rng(seed)
     ups, rates = [], []
     last = None

@@ -88,7 +88,10 @@ def test_csv_holds_every_digit(traj: Trajectory, tmp_path: Path) -> None:
 def test_csv_holds_places_where_they_are_known(
     traj: Trajectory, tmp_path: Path, frame: str
 ) -> None:
-    """Latitude, longitude and height, whatever the frame of the rest; none where x may not be east."""
+    """Latitude, longitude and height, whatever the frame of the rest.
+
+    None where x may not be east.
+    """
     traj.save(tmp_path / "walk.csv", frame=frame)
     header, rows = read_csv(tmp_path / "walk.csv")
     assert header[15:] == ["latitude_deg", "longitude_deg", "height"]

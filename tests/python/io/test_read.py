@@ -446,7 +446,7 @@ def test_cut_off_last_line_is_dropped_with_a_warning(write, keep):
     lines[-1] = ",".join(lines[-1].split(",")[:keep])
     path = write("\n".join(lines).encode())
     with pytest.warns(
-        FootnavWarning, match=rf"walk\.csv, line 61: the last line is cut off \({keep} of 7 cells\)"
+        FootnavWarning, match=rf"walk\.csv, line 61: the last line is truncated \({keep} of 7 cells\)"
     ):
         recording = read(path)
     assert_is(recording, table[:-1], rtol=0)
@@ -678,7 +678,10 @@ ROTATIONS = ["x,y,z", "y,-x,z", "-x,-y,z", "z,x,y", "-z,y,x", "x,-z,y", "-y,-z,x
 
 @st.composite
 def dressed(draw):
-    """Draw samples and one way of writing them down: lines of text, options, and what must come back."""
+    """Draw samples and one way of writing them down.
+
+    Lines of text, options, and what must come back.
+    """
     n = draw(st.integers(2, 12))
     value = st.floats(-50, 50, allow_subnormal=False)
     accel = np.array(draw(st.lists(st.tuples(value, value), min_size=n, max_size=n)))

@@ -43,7 +43,10 @@ def outcomes(
 
 
 def test_p1_keeps_to_its_limit_and_diverges_unaided() -> None:
-    """A calibrated sensor, both routes; more walks than elsewhere, since a median of three is none."""
+    """A calibrated sensor, both routes.
+
+    More walks than elsewhere, since a median of three is none.
+    """
     found = outcomes("P1", lambda experiment: "uncalibrated" not in experiment.title, seeds=8)
     for title in ("19 m north, calibrated sensor", "17 m square, calibrated sensor"):
         assert found[title, "ZUPT"].met is True
@@ -64,7 +67,10 @@ def test_p2_without_the_gyros_bias_is_as_wrong_as_the_paper_and_iaa_is_no_cure()
 
 
 def test_p3_the_corrections_help_dead_reckoning_and_not_the_filter() -> None:
-    """The paper's order of the first three, in the median; where a bias of the gyroscope is lost, walks differ."""
+    """The paper's order of the first three, in the median.
+
+    Where a bias of the gyroscope is lost, walks differ.
+    """
     found = outcomes("P3", lambda experiment: experiment.title.endswith("not clipped"), seeds=6)
     median = {approach: outcome.median for (_, approach), outcome in found.items()}
     assert median["DR"] > 2 * median["DR+LWI"] > 2 * median["DR+RV"]
@@ -241,7 +247,10 @@ def test_rows_survive_being_written(tmp_path: Path) -> None:
 
 
 def test_recordings_are_clipped(tmp_path: Path) -> None:
-    """At the ranges of the paper's sensor, which they carry; a walk without a truth is a closed one."""
+    """At the ranges of the paper's sensor, which they carry.
+
+    A walk without a truth is a closed one.
+    """
     recording, truth = simulate(Route.straight(5.0), "run", "ideal", 1)
     for folder in ("openshoe", "vicon"):
         (tmp_path / folder).mkdir()
