@@ -17,7 +17,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from concurrent.futures import TimeoutError as NotYet
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -135,24 +135,26 @@ def track_many(
     >>> for outcome in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
     ...     print(outcome.name, outcome.error or outcome.trajectory.summary())
     """
-    job = Job(config or DEFAULTS, reader, _made(folder))
+    job = Job(config or DEFAULTS, reader, _created(folder))
     if executor is not None:
         yield from _results(recordings, job, executor, ordered)
         return
-    threads, ended = ThreadPoolExecutor(os.cpu_count()), threading.Event()
+    threads, cancelled = ThreadPoolExecutor(os.cpu_count()), threading.Event()
     try:
-        yield from _results(recordings, replace(job, progress=_until(ended)), threads, ordered)
+        yield from _results(
+            recordings, replace(job, progress=_cancelled_by(cancelled)), threads, ordered
+        )
         threads.shutdown()
     finally:
-        ended.set()
+        cancelled.set()
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _until(ended: threading.Event) -> Callable[[float], None]:
+def _cancelled_by(cancelled: threading.Event) -> Callable[[float], None]:
     """Return a progress callback that cancels a thread, which interrupts do not reach."""
 
     def progress(_: float) -> None:
-        if ended.is_set():
+        if cancelled.is_set():
             raise CancelledError
 
     return progress
@@ -171,28 +173,28 @@ class Job:
         """Track one recording; an error becomes part of the result."""
         name = _name(source)
         try:
-            kept = self._kept(source, name)
-            if kept is not None and kept.exists():
-                return TrackResult(index, name, None, resumed=True, _track=kept)
-            return TrackResult(index, name, None, resumed=False, _track=self._track(source, kept))
+            cached = self._cache_file(source, name)
+            if cached is not None and cached.exists():
+                return TrackResult(index, name, None, resumed=True, _track=cached)
+            return TrackResult(index, name, None, resumed=False, _track=self._track(source, cached))
         except (
             Exception
         ) as error:  # A reader of the caller may raise anything, and the other recordings continue.
             return TrackResult(index, name, error, resumed=False, _track=None)
 
-    def _kept(self, source: Source, name: str) -> Path | None:
+    def _cache_file(self, source: Source, name: str) -> Path | None:
         """Return the file of the track."""
         if self.folder is None:
             return None
         return self.folder / f"{Path(name).name or 'track'}-{self._digest(source)}.npz"
 
-    def _track(self, source: Source, kept: Path | None) -> Trajectory | Path:
+    def _track(self, source: Source, cached: Path | None) -> Trajectory | Path:
         recording = source if isinstance(source, Recording) else self.reader(Path(source))
         trajectory = track_quietly(recording, self.config, progress=self.progress)
-        if kept is None:
+        if cached is None:
             return trajectory
-        trajectory.save(kept)
-        return kept
+        trajectory.save(cached)
+        return cached
 
     def _digest(self, source: Source) -> str:
         """Hash everything that affects the track."""
@@ -242,7 +244,7 @@ def _oldest(waiting: deque[Future[TrackResult]]) -> Future[TrackResult]:
     """Wait for the oldest alone: `wait` for many takes half as much processor time again."""
     oldest = waiting[0]
     while not oldest.done():
-        with contextlib.suppress(NotYet):
+        with contextlib.suppress(FutureTimeout):
             oldest.exception(POLL_INTERVAL)
     return oldest
 
@@ -265,7 +267,7 @@ def _describe(reader: Reader) -> str:
     return f"{reader.__module__}.{getattr(reader, '__qualname__', type(reader).__qualname__)}"
 
 
-def _made(folder: str | os.PathLike[str] | None) -> Path | None:
+def _created(folder: str | os.PathLike[str] | None) -> Path | None:
     if folder is None:
         return None
     path = Path(folder)

@@ -21,12 +21,12 @@ MODEL_ERROR = 0.03
 It limits the weight of the shortest averaging times, whose statistical error is tiny.
 """
 
-WELL_KNOWN, FILTER_BEND = 1000, 0.15
+MIN_DEGREES_OF_FREEDOM, MAX_BEND = 1000, 0.15
 """Degrees of freedom from which on the slope of the variance is known to half of the bend by which
 a low-pass filter is detected.
 """
 
-SEEN = 3.0
+SIGNIFICANT = 3.0
 """A term of the variance that is smaller than this many of its standard deviations is not
 significant.
 """
@@ -35,7 +35,7 @@ CONFIDENCE = 0.95
 _TWO_SIDED, _ONE_SIDED = 1.960, 1.645
 """Standard deviations to the ends of a normal interval of 95 %, and to its upper end alone."""
 
-WANDER_TIME = 100.0
+EQUIVALENT_WALK_TIME = 100.0
 """s in which the equivalent random walk reaches the bias instability."""
 
 INFLATION = (2.0, 3.0)
@@ -122,11 +122,11 @@ class AxisNoise:
         The larger one of K and of the walk that reaches B in 100 s.
         """
         instability = self.bias_instability.value
-        seen = [
+        significant = [
             self.bias_walk.value,
-            None if instability is None else instability / math.sqrt(WANDER_TIME),
+            None if instability is None else instability / math.sqrt(EQUIVALENT_WALK_TIME),
         ]
-        return _largest(seen)
+        return _largest(significant)
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +173,7 @@ class NoiseFigures:
         return (base or Sensor()).replace(**self.settings(inflation))
 
     def settings(self, inflation: tuple[float, float] = INFLATION) -> dict[str, float]:
-        """Return the settings of `sensor` that were seen, by name.
+        """Return the settings of `sensor` that were significant, by name.
 
         Parameters
         ----------
@@ -242,15 +242,18 @@ def fit_axis(
         parts=unit_variances(taus),
         information=_decades(taus) / (2 / degrees_of_freedom[known] + (2 * MODEL_ERROR) ** 2),
     )
-    seen = list(range(curve.parts.shape[1]))
-    strength, std = _fit(curve, seen)
-    while len(seen) > 1 and (strength / std).min() < SEEN:
-        del seen[int((strength / std).argmin())]
-        strength, std = _fit(curve, seen)
-    found = {term: _seen(*both) for term, *both in zip(seen, strength, std, strict=True)}
+    significant = list(range(curve.parts.shape[1]))
+    strength, std = _fit(curve, significant)
+    while len(significant) > 1 and (strength / std).min() < SIGNIFICANT:
+        del significant[int((strength / std).argmin())]
+        strength, std = _fit(curve, significant)
+    found = {term: _estimate(*both) for term, *both in zip(significant, strength, std, strict=True)}
     return AxisNoise(
         channel,
-        *(found.get(term) or _limit(curve, seen, term) for term in range(curve.parts.shape[1])),
+        *(
+            found.get(term) or _limit(curve, significant, term)
+            for term in range(curve.parts.shape[1])
+        ),
     )
 
 
@@ -286,8 +289,8 @@ def _end_of_filter(taus: Floats, deviation: Floats, degrees_of_freedom: Floats) 
     at its start.  Where a curve falls more steeply later on, a filter has removed noise before.
     """
     slopes = np.gradient(2 * np.log(deviation), np.log(taus))
-    steepest = slopes[degrees_of_freedom > WELL_KNOWN].min(initial=np.inf)
-    return int((slopes <= steepest + FILTER_BEND).argmax())
+    steepest = slopes[degrees_of_freedom > MIN_DEGREES_OF_FREEDOM].min(initial=np.inf)
+    return int((slopes <= steepest + MAX_BEND).argmax())
 
 
 def _decades(taus: Floats) -> Floats:
@@ -320,15 +323,15 @@ def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     return strength, std
 
 
-def _seen(strength: float, std: float) -> Figure:
+def _estimate(strength: float, std: float) -> Figure:
     spread = math.exp(_TWO_SIDED * std / strength / 2)
     value = math.sqrt(strength)
     return Figure(value, value / spread, value * spread)
 
 
-def _limit(curve: _Curve, seen: list[int], term: int) -> Figure:
+def _limit(curve: _Curve, significant: list[int], term: int) -> Figure:
     """Return the upper limit of a kind of noise that is not significant."""
-    strength, std = _fit(curve, [*seen, term])
+    strength, std = _fit(curve, [*significant, term])
     return Figure(None, 0.0, math.sqrt(strength[-1] + _ONE_SIDED * std[-1]))
 
 

@@ -19,8 +19,8 @@ from footnav.calibration import mpu6050
 from footnav.calibration.fit import Fit, fit
 from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.poses import count_distinct, missing_sides
+from footnav.calibration.provenance import as_recordings, check_setup, provenance
 from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import fit_rotations
 from footnav.config import Config, Mechanization
@@ -96,8 +96,8 @@ def calibrate_accel(
         device=device,
         gravity=standard,
         mpu6050=setup,
-        accel=_triad(found, len(pooled(rests))).replace(**origin(walks, "accel")),
-        gyro=gyro.replace(**origin(walks, "gyro")),
+        accel=_triad(found, len(pooled(rests))).replace(**provenance(walks, "accel")),
+        gyro=gyro.replace(**provenance(walks, "gyro")),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, check_setup, origin
+from footnav.calibration.provenance import as_recordings, check_setup, provenance
 from footnav.calibration.static import BLOCK, Rests, check_rest
 from footnav.conversions import as_vector
 from footnav.mpu6050 import Setup
@@ -50,7 +50,7 @@ def calibrate_gyro(
     std = np.maximum(means.std(axis=0, ddof=1) / np.sqrt(len(means)), halves)
     gyro = _bias_only(means.mean(axis=0), std, len(means), "bias only: the recording has no turns")
     return SensorCalibration(
-        device=device, mpu6050=setup, gyro=gyro.replace(**origin(walks, "gyro"))
+        device=device, mpu6050=setup, gyro=gyro.replace(**provenance(walks, "gyro"))
     )
 
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from footnav.calibration.fit import fit
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, origin
 from footnav.calibration.poses import missing_sides
+from footnav.calibration.provenance import as_recordings, provenance
 from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
@@ -91,7 +91,7 @@ def calibrate_mag(
         condition=found.condition,
         observations=len(readings),
     )
-    return SensorCalibration(device=device, mag=mag.replace(**origin(walks, "mag")))
+    return SensorCalibration(device=device, mag=mag.replace(**provenance(walks, "mag")))
 
 
 def _readings(recording: Recording) -> Floats:

@@ -19,8 +19,8 @@ from footnav.calibration import mpu6050
 from footnav.calibration.accel import check_range
 from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.poses import DIRECTIONS, SIDES, missing_sides, sides
+from footnav.calibration.provenance import as_recordings, check_setup, provenance
 from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import turn_angles
 from footnav.config import Config, Mechanization
@@ -94,8 +94,8 @@ def calibrate_six_position(
         device=device,
         gravity=standard,
         mpu6050=setup,
-        accel=accel.replace(**origin(walks, "accel")),
-        gyro=gyro.replace(**origin(walks, "gyro")),
+        accel=accel.replace(**provenance(walks, "accel")),
+        gyro=gyro.replace(**provenance(walks, "gyro")),
     )
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from footnav.calibration.model import SensorCalibration, TemperatureModel, Triad
-from footnav.calibration.origin import as_recordings, origin
+from footnav.calibration.provenance import as_recordings, provenance
 from footnav.calibration.static import find_rests
 from footnav.conversions import as_vector
 from footnav.errors import ConfigError, DataError
@@ -83,8 +83,8 @@ def calibrate_temperature(
             f"{LEAST_SPAN:g} K are needed: start with a cold sensor, and record until it is warm"
         )
     old_accel, old_gyro = (
-        base.accel or Triad(**origin(walks, "accel")),
-        base.gyro or Triad(**origin(walks, "gyro")),
+        base.accel or Triad(**provenance(walks, "accel")),
+        base.gyro or Triad(**provenance(walks, "gyro")),
     )
     middle = float(means.temperature.mean())
     reference = middle if old_accel.temperature is None else old_accel.temperature

@@ -11,7 +11,7 @@ from footnav.capture.block import Block
 from footnav.capture.guide import Guide, Plan, Stage
 from footnav.capture.i2c_source import I2cSource
 from footnav.capture.line import Decoder, Sample
-from footnav.capture.recorder import Recorder, follow, record
+from footnav.capture.recorder import Recorder, record, track_live
 from footnav.capture.serial_source import SerialSource
 from footnav.capture.source import LossCounters, Source, stream
 from footnav.mpu6050 import Setup
@@ -29,7 +29,7 @@ __all__ = [
     "Setup",
     "Source",
     "Stage",
-    "follow",
     "record",
     "stream",
+    "track_live",
 ]

@@ -35,7 +35,7 @@ class HostedClock:
     ----------
     rate_sigma : float
         Relative error of the device's clock (one sigma).
-    lateness : float
+    latency : float
         Variation of the latency at the host, s (one sigma).
 
     Attributes
@@ -46,10 +46,10 @@ class HostedClock:
 
     rate: float
 
-    def __init__(self, rate_sigma: float, lateness: float) -> None:
+    def __init__(self, rate_sigma: float, latency: float) -> None:
         self.rate = 1.0
         self._rate_variance = rate_sigma**2
-        self._noise = lateness**2
+        self._noise = latency**2
         self._phase = self._phase_variance = self._covariance = 0.0
         self._device = self._t = 0.0
         self._running = False

@@ -26,18 +26,18 @@ SIDES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 _AXES = dict(zip(SIDES, np.kron(np.eye(3), [[1.0], [-1.0]]), strict=True))
 
-SQUARE = 15.0
+SIDE_TOLERANCE = 15.0
 """Degrees within which an axis counts as up; a board with pins below is tilted by up to that."""
 
-APART = 15.0
+MIN_SEPARATION = 15.0
 """Minimum angle between two poses, degrees; nearer ones add no information."""
 
-_STEADY = 2.0
+_MAX_DRIFT = 2.0
 """Degrees by which the direction may change within a pose: noise changes the mean of a window by
 less.
 """
 
-_TOUCHED = 0.6
+_MIN_REST = 0.6
 """s; a shorter rest is part of placing the sensor."""
 
 
@@ -113,7 +113,7 @@ class Guide:
         self._stillness = Stillness()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
-        self._settled: Floats | None = None
+        self._rest_direction: Floats | None = None
 
     @property
     def sides(self) -> tuple[str, ...]:
@@ -170,7 +170,7 @@ class Guide:
         list of str
             Messages: poses that are completed, were repeated, or ended too early.
         """
-        return [remark for window in self._stillness.feed(block) for remark in self._step(window)]
+        return [message for window in self._stillness.feed(block) for message in self._step(window)]
 
     @property
     def needed(self) -> float:
@@ -185,45 +185,48 @@ class Guide:
         self.up = _nearest_side(direction)[1]
         if not window.still or self._turned(direction):
             yield from self._move()
-        elif self._settled is None:
+        elif self._rest_direction is None:
             yield from self._place(direction, window)
         elif self._pose is not None:
             yield from self._hold(window)
 
     def _turned(self, direction: Floats) -> bool:
         """Whether the sensor rotates slowly, or was turned in a gap of the samples."""
-        return self._settled is not None and _angle(self._settled, direction) > _STEADY
+        return (
+            self._rest_direction is not None
+            and _angle(self._rest_direction, direction) > _MAX_DRIFT
+        )
 
     def _move(self) -> Iterator[str]:
-        if self._pose is not None and self.held > _TOUCHED:
+        if self._pose is not None and self.held > _MIN_REST:
             yield f"Moved too early: {self.held:.1f} s of {self.needed:g} s.  Repeat the pose."
-        self._let_go()
-        self._settled = None
+        self._end_pose()
+        self._rest_direction = None
 
-    def _let_go(self) -> None:
+    def _end_pose(self) -> None:
         if self.stage is Stage.HOLD:
             self.stage = Stage.PLACE
         self._pose, self.held = None, 0.0
 
     def _place(self, direction: Floats, window: Window) -> Iterator[str]:
         """Start the pose in which the sensor came to rest, or give the reason for its rejection."""
-        self._settled = direction
+        self._rest_direction = direction
         off, side = _nearest_side(direction)
         refusal = self._refusal(side, off, direction)
         if refusal:
             yield refusal
             return
-        self._pose = side if off <= SQUARE else f"tilt {self.tilts + 1}", direction
+        self._pose = side if off <= SIDE_TOLERANCE else f"tilt {self.tilts + 1}", direction
         if self.stage is Stage.PLACE:
             self.stage = Stage.HOLD
         yield from self._hold(window)
 
     def _refusal(self, side: str, off: float, direction: Floats) -> str | None:
-        if self.missing_sides and off > SQUARE:
+        if self.missing_sides and off > SIDE_TOLERANCE:
             return f"No side is up: {side} is off by {off:.0f} degrees.  Place it flat on a side."
         for label, pose in self._poses.items():
             apart = _angle(pose, direction)
-            if (label == side and off <= SQUARE) or apart < APART:
+            if (label == side and off <= SIDE_TOLERANCE) or apart < MIN_SEPARATION:
                 return f"Repeated: this is {label}, within {math.ceil(apart)} degrees."
         return None
 
@@ -234,7 +237,7 @@ class Guide:
         label, direction = self._pose
         self._poses[label] = direction
         self.stage = Stage.PLACE
-        self._let_go()
+        self._end_pose()
         yield f"Done: {_describe(label)}."
         if not self.missing_sides and self.tilts >= self.plan.tilts:
             self.stage = Stage.DONE

@@ -128,7 +128,7 @@ class Mpu6050:
                 "was written; check the supply, and make the wires shorter"
             )
 
-    def empty_fifo(self) -> None:
+    def reset_fifo(self) -> None:
         """Clear and start the FIFO.
 
         Raise OSError for a transfer that fails, as the methods below.
@@ -143,7 +143,7 @@ class Mpu6050:
         high, low = self._bus.read_i2c_block_data(self._address, FIFO_COUNT, 2)
         return high << 8 | low
 
-    def take(self, samples: int) -> bytes:
+    def read_fifo(self, samples: int) -> bytes:
         """Read samples from the FIFO, `SAMPLE_REGISTERS` bytes each; it must hold as many."""
         data = bytearray()
         for first in range(0, samples, _BURST):

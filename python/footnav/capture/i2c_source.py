@@ -27,10 +27,10 @@ from footnav.recording import Floats
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-_POLL = 0.02
+_POLL_INTERVAL = 0.02
 """s between two reads of the FIFO, which holds 73 samples: 0.37 s at 200 Hz."""
 
-_PATIENCE = 1.0
+_MAX_SILENCE = 1.0
 """Maximum time without samples, s."""
 
 _RATE_SIGMA = 0.02
@@ -82,7 +82,7 @@ class I2cSource(CloseOnExit):
         self._chip.configure(self._setup, sleep)
         self._now, self._sleep = clock, sleep
         # The FIFO is read at any time between two samples.
-        self._clock = HostedClock(_RATE_SIGMA, lateness=self._interval)
+        self._clock = HostedClock(_RATE_SIGMA, latency=self._interval)
         self._silence = Silence()
         self._elapsed = self._t = 0.0
         self._aligned = self._follows = False
@@ -132,7 +132,7 @@ class I2cSource(CloseOnExit):
         self._bus.close()
 
     def read(self) -> list[Block]:
-        """Return the samples in the FIFO; after an empty read, wait for `_POLL`.
+        """Return the samples in the FIFO; after an empty read, wait for `_POLL_INTERVAL`.
 
         Returns
         -------
@@ -145,7 +145,7 @@ class I2cSource(CloseOnExit):
             The chip did not answer, or gave no samples, for a second.
         """
         try:
-            counts, host = self._drain()
+            counts, host = self._read_fifo()
         except OSError as error:
             self._skip(error)
             return []
@@ -153,17 +153,17 @@ class I2cSource(CloseOnExit):
             self._check_alive(
                 "the chip answers, but takes no samples; did its supply fail for a moment?"
             )
-            self._sleep(_POLL)
+            self._sleep(_POLL_INTERVAL)
             return []
         self._silence.end()
         return [Block.from_counts(self._stamps(len(counts), host), counts, self._setup)]
 
-    def _drain(self) -> tuple[list[tuple[int, ...]], float]:
+    def _read_fifo(self) -> tuple[list[tuple[int, ...]], float]:
         """Return the samples in the FIFO, and the host's time of the last."""
         if not self._aligned:
             self._begin()
         held, host = self._chip.fifo_bytes(), self._now()
-        data = self._chip.take(held // SAMPLE_REGISTERS)
+        data = self._chip.read_fifo(held // SAMPLE_REGISTERS)
         # Checked last, so that an overflow during the read is detected.
         if self._chip.has_overflowed() or held >= FIFO_BYTES:
             self._count(overflows=1)
@@ -177,7 +177,7 @@ class I2cSource(CloseOnExit):
     def _begin(self) -> None:
         """Restart the FIFO at a sample, which does not continue those before."""
         self._aligned = self._follows = False
-        self._chip.empty_fifo()
+        self._chip.reset_fifo()
         self._aligned = True
 
     def _skip(self, error: OSError) -> None:
@@ -185,7 +185,7 @@ class I2cSource(CloseOnExit):
         self._aligned = False
         self._count(broken=1)
         self._check_alive(f"transfers fail: {error}; check the wires, and make them shorter")
-        self._sleep(_POLL)
+        self._sleep(_POLL_INTERVAL)
 
     def _stamps(self, n: int, host: float) -> Floats:
         device: Floats = self._elapsed + self._interval * np.arange(1.0, n + 1)
@@ -208,5 +208,5 @@ class I2cSource(CloseOnExit):
 
     def _check_alive(self, reason: str) -> None:
         silence = self._silence.grow(self._now())
-        if silence > _PATIENCE:
+        if silence > _MAX_SILENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")

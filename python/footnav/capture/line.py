@@ -81,7 +81,7 @@ class Sample:
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _StreamPosition:
     """Position of the newest sample in the stream: as in its line, and unwrapped."""
 
     run: int
@@ -97,7 +97,7 @@ class Decoder:
     ----------
     losses : LossCounters
         Losses so far.
-    trouble : str or None
+    fault : str or None
         Fault that the device reports, or reason why its samples cannot be used; None after a valid
         sample.
     device : int or None
@@ -105,17 +105,17 @@ class Decoder:
     """
 
     losses: LossCounters
-    trouble: str | None
+    fault: str | None
     device: int | None
 
     def __init__(self) -> None:
         self.losses = LossCounters()
-        self.trouble = None
+        self.fault = None
         self.device = None
         self._pending = b""
         self._synchronous = False
         self._setup: Setup | None = None
-        self._last: _Place | None = None
+        self._last: _StreamPosition | None = None
 
     def feed(self, data: bytes) -> list[Sample]:
         """Process the next bytes.
@@ -148,42 +148,42 @@ class Decoder:
         elif kind == _HEADER:
             self._header(*values)
         else:
-            self.trouble = _explain(*values)
+            self.fault = _explain(*values)
 
     def _header(self, protocol: int, device: int, chip: int, registers: bytes) -> None:
         self.device, self._setup = device, None
         if protocol != PROTOCOL:
-            self.trouble = (
+            self.fault = (
                 f"the sketch has version {protocol} of the protocol; expected {PROTOCOL}: upload "
                 "it again"
             )
         elif chip != MPU6050_ID:
-            self.trouble = _explain(_OTHER_CHIP, chip)
+            self.fault = _explain(_OTHER_CHIP, chip)
         else:
             try:
                 self._setup = Setup.from_registers(registers)
             except ConfigError as error:
-                self.trouble = f"the sketch's settings are wrong: {error}"
+                self.fault = f"the sketch's settings are wrong: {error}"
 
     def _sample(self, stamp: int, number: int, *counts: int) -> Iterator[Sample]:
         if self._setup is None:
             self._count(unscaled=1)
             return
-        self._last = self._follow(stamp, number, self._setup.rate_hz)
-        self.trouble = None
+        self._last = self._unwrap(stamp, number, self._setup.rate_hz)
+        self.fault = None
         yield Sample(self._last.run, self._last.stamp_us, counts, self._setup)
 
-    def _follow(self, stamp: int, number: int, rate_hz: float) -> _Place:
+    def _unwrap(self, stamp: int, number: int, rate_hz: float) -> _StreamPosition:
         """Unwrap stamp and number of a sample, and detect a restart."""
         last = self._last
         if last is None:
-            return _Place(0, stamp, number, stamp)
+            return _StreamPosition(0, stamp, number, stamp)
         steps, elapsed = (number - last.number) % _NUMBERS, (stamp - last.stamp) % _STAMPS
-        if not _agree(steps, elapsed, rate_hz):
+        if not _is_continuous(steps, elapsed, rate_hz):
             self._count(restarts=1)
-            return _Place(last.run + 1, stamp, number, stamp)
+            return _StreamPosition(last.run + 1, stamp, number, stamp)
         self._count(missing=steps - 1)
-        return _Place(last.run, stamp, number, last.stamp_us + elapsed)
+        return _StreamPosition(last.run, stamp, number, last.stamp_us + elapsed)
 
     def _count(self, **more: int) -> None:
         if any(more.values()):
@@ -196,7 +196,7 @@ def _explain(fault: int, detail: int) -> str:
     return _FAULTS.get(fault, f"the sketch reports fault {fault}, which is unknown")
 
 
-def _agree(steps: int, elapsed_us: int, rate_hz: float) -> bool:
+def _is_continuous(steps: int, elapsed_us: int, rate_hz: float) -> bool:
     """Whether number and stamp are consistent with a device without a restart."""
     interval = 1e6 / rate_hz
     slack = interval + _CLOCK_TOLERANCE * steps * interval
@@ -209,7 +209,7 @@ def _parse(line: bytes) -> tuple[bytes, tuple[Any, ...]] | None:
     """Return the letter and the fields of the valid line at the end of `line`, or None."""
     for kind, length in _LENGTHS.items():
         text = line[-length:]
-        if len(text) == length and text.startswith(kind) and _is_sound(text):
+        if len(text) == length and text.startswith(kind) and _is_valid(text):
             return kind, _FORMS[kind].unpack(bytes.fromhex(text[1:-4].decode()))
     return None
 
@@ -217,7 +217,7 @@ def _parse(line: bytes) -> tuple[bytes, tuple[Any, ...]] | None:
 _DIGITS = frozenset(b"0123456789ABCDEF")
 
 
-def _is_sound(text: bytes) -> bool:
+def _is_valid(text: bytes) -> bool:
     return _DIGITS.issuperset(text[1:]) and binascii.crc_hqx(text[:-4], _CRC_SEED) == int(
         text[-4:], 16
     )

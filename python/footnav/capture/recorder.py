@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from footnav.navigator import Navigator
     from footnav.trajectory import Trajectory
 
-_FIRST_LOOK = 1.0
+_VALIDATED_AFTER = 1.0
 """s after which the samples are validated, so that a wrong scale is found early."""
 
 
@@ -42,7 +42,7 @@ class Recorder:
         self.name = name
         self.samples = 0
         self._blocks: list[Block] = []
-        self._looked = False
+        self._validated = False
 
     @property
     def duration(self) -> float:
@@ -74,8 +74,8 @@ class Recorder:
             )
         self._blocks.append(block)
         self.samples += len(block)
-        if not self._looked and self.duration >= _FIRST_LOOK:
-            self._looked = True
+        if not self._validated and self.duration >= _VALIDATED_AFTER:
+            self._validated = True
             self.recording()
 
     def recording(self) -> Recording:
@@ -108,7 +108,7 @@ class Recorder:
 
 
 def record(
-    source: Source, seconds: float, watch: Callable[[Block], None] | None = None
+    source: Source, seconds: float, on_block: Callable[[Block], None] | None = None
 ) -> Recording:
     """Record from a live sensor.
 
@@ -118,7 +118,7 @@ def record(
         The sensor.
     seconds : float
         Minimum duration by the stamps of the samples; the recording ends with a whole block.
-    watch : callable, optional
+    on_block : callable, optional
         Called with every block.
 
     Returns
@@ -134,14 +134,14 @@ def record(
     recorder = Recorder(source.name)
     for block in stream(source):
         recorder.add(block)
-        if watch is not None:
-            watch(block)
+        if on_block is not None:
+            on_block(block)
         if recorder.duration >= seconds:
             break
     return recorder.recording()
 
 
-def follow(source: Source, navigator: Navigator) -> Iterator[Trajectory]:
+def track_live(source: Source, navigator: Navigator) -> Iterator[Trajectory]:
     """Track a live sensor, without end.
 
     Parameters

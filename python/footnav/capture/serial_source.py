@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 BAUD = 250_000
 """Bits per second, as in the sketch."""
 
-POLL = 0.05
+POLL_INTERVAL = 0.05
 """Maximum wait for bytes, s."""
 
-PATIENCE = 5.0
+MAX_SILENCE = 5.0
 """Maximum time without samples, s; an Arduino that is reset as its port is opened takes up to 2 s.
 """
 
-_RATE_SIGMA, _LATENESS = 0.005, 0.005
+_RATE_SIGMA, _LATENCY = 0.005, 0.005
 """Error of the ceramic resonator of an Uno; latency of USB bridges, 1 to 16 ms, s."""
 
 
@@ -73,7 +73,7 @@ class SerialSource(CloseOnExit):
         self._port = port
         self._now = clock
         self._decoder = Decoder()
-        self._clock = HostedClock(_RATE_SIGMA, _LATENESS)
+        self._clock = HostedClock(_RATE_SIGMA, _LATENCY)
         self._run: int | None = None
         self._received = 0
         self._silence = Silence()
@@ -103,7 +103,7 @@ class SerialSource(CloseOnExit):
         """
         serial = require("serial", "pyserial", ConfigError)
         try:
-            opened = serial.Serial(port, baud, timeout=POLL)
+            opened = serial.Serial(port, baud, timeout=POLL_INTERVAL)
             opened.reset_input_buffer()
         except (OSError, ValueError) as error:
             raise DataError(f"{port} cannot be opened: {_reason(error)}; {_ports_text()}") from None
@@ -124,7 +124,7 @@ class SerialSource(CloseOnExit):
         return self._decoder.device
 
     def read(self) -> list[Block]:
-        """Return the samples that have arrived, within `POLL`; more than one block after a restart.
+        """Return the samples that have arrived, within `POLL_INTERVAL`; more than one block after a restart.
 
         Returns
         -------
@@ -134,7 +134,7 @@ class SerialSource(CloseOnExit):
         Raises
         ------
         DataError
-            The port disappeared, the board reports a fault, or no sample arrived for `PATIENCE`.
+            The port disappeared, the board reports a fault, or no sample arrived for `MAX_SILENCE`.
         """
         data = self._receive()
         host = self._now()
@@ -167,15 +167,15 @@ class SerialSource(CloseOnExit):
         return Block.from_counts(t, [sample.counts for sample in samples], setup)
 
     def _check_alive(self, host: float) -> None:
-        trouble, silence = self._decoder.trouble, self._silence.grow(host)
-        if trouble and self._run is None:
-            raise DataError(f"{self.name}: {trouble}")
-        if silence > PATIENCE:
+        fault, silence = self._decoder.fault, self._silence.grow(host)
+        if fault and self._run is None:
+            raise DataError(f"{self.name}: {fault}")
+        if silence > MAX_SILENCE:
             raise DataError(
-                f"{self.name}: no sample for {silence:.0f} s; {trouble or self._guess()}"
+                f"{self.name}: no sample for {silence:.0f} s; {fault or self._likely_cause()}"
             )
 
-    def _guess(self) -> str:
+    def _likely_cause(self) -> str:
         """Return the likely cause when no samples arrive."""
         if not self._received:
             return (

@@ -19,7 +19,7 @@ from footnav.capture.serial_source import BAUD, SerialSource
 from footnav.capture.source import Source, stream
 from footnav.capture.stillness import Stillness
 from footnav.cli.console import print_error
-from footnav.cli.live import Screen, screen
+from footnav.cli.live import StatusLine, status_line
 from footnav.errors import ConfigError, DataError
 from footnav.export.recording import check_suffix
 from footnav.mpu6050 import Setup
@@ -27,13 +27,13 @@ from footnav.mpu6050 import Setup
 _FAILED = 1
 """Exit status."""
 
-_WORTH_KEEPING = 2.0
+_MIN_DURATION = 2.0
 """s; a capture that fails earlier leaves no file."""
 
 _RATE_WINDOW = 2.0
 """s; interval of the rate in the status line."""
 
-Watch = Callable[[Block], bool]
+OnBlock = Callable[[Block], bool]
 """Called with every block; returns whether the capture is complete."""
 
 
@@ -82,10 +82,10 @@ class Chip:
         )
 
 
-AS_USUAL = Chip()
+DEFAULT_CHIP = Chip()
 """Settings for a foot."""
 
-ThroughPoses = Annotated[Plan, Parameter(name="*", group="Poses")]
+PosePlan = Annotated[Plan, Parameter(name="*", group="Poses")]
 ALL_POSES = Plan()
 """Default poses: enough for scale, misalignment and bias."""
 
@@ -125,7 +125,7 @@ def capture_serial(
 
 @app.command(name="i2c", usage="Usage: footnav capture i2c BUS [OPTIONS]")
 def capture_i2c(
-    bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = AS_USUAL
+    bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = DEFAULT_CHIP
 ) -> int:
     """Record from an MPU6050 on an I2C bus until Ctrl-C.
 
@@ -152,7 +152,7 @@ def capture_i2c(
 
 @poses_app.command(name="serial", usage="Usage: footnav capture poses serial PORT [OPTIONS]")
 def poses_serial(
-    port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: ThroughPoses = ALL_POSES
+    port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: PosePlan = ALL_POSES
 ) -> int:
     """Record the poses of a calibration from an Arduino with the sketch mpu6050_stream.
 
@@ -179,7 +179,7 @@ def poses_serial(
 
 @poses_app.command(name="i2c", usage="Usage: footnav capture poses i2c BUS [OPTIONS]")
 def poses_i2c(
-    bus: int, /, *, out: Path | None = None, plan: ThroughPoses = ALL_POSES, chip: Chip = AS_USUAL
+    bus: int, /, *, out: Path | None = None, plan: PosePlan = ALL_POSES, chip: Chip = DEFAULT_CHIP
 ) -> int:
     """Record the poses of a calibration from an MPU6050 on an I2C bus.
 
@@ -228,9 +228,9 @@ def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
     FootnavError
         The recording cannot be written.
     """
-    with screen() as shown:
-        meter = Meter(source, shown, seconds)
-        recorder, status = _gather(source, meter.see)
+    with status_line() as shown:
+        display = CaptureDisplay(source, shown, seconds)
+        recorder, status = _record(source, display.process)
     _save(recorder, target, source)
     print(f"next: footnav track {_as_argument(target, recorder.setup)}")
     return status
@@ -261,8 +261,8 @@ def capture_poses(source: Source, target: Path, plan: Plan) -> int:
         The recording cannot be written.
     """
     guide = Guide(plan)
-    with screen() as shown:
-        recorder, status = _gather(source, Leader(guide, shown).see)
+    with status_line() as shown:
+        recorder, status = _record(source, PoseDisplay(guide, shown).process)
     _save(recorder, target, source)
     if guide.stage is not Stage.DONE:
         missing = ", ".join(guide.missing_sides) or "no side"
@@ -275,33 +275,33 @@ def capture_poses(source: Source, target: Path, plan: Plan) -> int:
     return status
 
 
-class Meter:
+class CaptureDisplay:
     """Shows the state of a capture: time, rate, losses, and whether the sensor moves.
 
     Parameters
     ----------
     source : Source
         The sensor.
-    shown : Screen
+    shown : StatusLine
         The status line.
     seconds : float
         Duration of the capture, s.
     """
 
-    def __init__(self, source: Source, shown: Screen, seconds: float) -> None:
+    def __init__(self, source: Source, shown: StatusLine, seconds: float) -> None:
         self._source, self._shown, self._seconds = source, shown, seconds
         self._stillness = Stillness()
         self._state = "..."
         self._start: float | None = None
         self._recent: deque[tuple[float, int]] = deque()
 
-    def see(self, block: Block) -> bool:
+    def process(self, block: Block) -> bool:
         """Process a block; True once the capture is complete."""
         for window in self._stillness.feed(block):
             self._state = "at rest" if window.still else "moving"
         now = float(block.t[-1])
         self._start = float(block.t[0]) if self._start is None else self._start
-        self._shown.show(
+        self._shown.update(
             f"{now - self._start:7.1f} s  {self._rate(now, len(block)):7.1f} Hz  "
             f"{self._state:8}{self._losses}"
         )
@@ -322,36 +322,36 @@ class Meter:
         )
 
 
-class Leader:
+class PoseDisplay:
     """Prints the instructions and messages of the guide, each once.
 
     Parameters
     ----------
     guide : Guide
         The guide.
-    shown : Screen
+    shown : StatusLine
         The status line.
     """
 
-    def __init__(self, guide: Guide, shown: Screen) -> None:
+    def __init__(self, guide: Guide, shown: StatusLine) -> None:
         self._guide, self._shown = guide, shown
-        self._told = ""
-        self._tell()
+        self._printed = ""
+        self._print_instruction()
 
-    def see(self, block: Block) -> bool:
+    def process(self, block: Block) -> bool:
         """Process a block; True once all poses are done."""
-        for remark in self._guide.feed(block):
-            self._shown.say(f"  {remark}")
-        self._tell()
+        for message in self._guide.feed(block):
+            self._shown.message(f"  {message}")
+        self._print_instruction()
         guide = self._guide
         held = f", held for {guide.held:.1f} of {guide.needed:g} s" if guide.held else ""
-        self._shown.show(f"{guide.progress:4.0%}  {guide.up or '..'} up now{held}")
+        self._shown.update(f"{guide.progress:4.0%}  {guide.up or '..'} up now{held}")
         return guide.stage is Stage.DONE
 
-    def _tell(self) -> None:
-        if self._guide.instruction != self._told:
-            self._told = self._guide.instruction
-            self._shown.say(self._told)
+    def _print_instruction(self) -> None:
+        if self._guide.instruction != self._printed:
+            self._printed = self._guide.instruction
+            self._shown.message(self._printed)
 
 
 def check_target(out: Path | None, kind: str) -> Path:
@@ -394,19 +394,19 @@ def check_duration(seconds: float | None) -> float:
     return seconds
 
 
-def _gather(source: Source, watch: Watch) -> tuple[Recorder, int]:
+def _record(source: Source, on_block: OnBlock) -> tuple[Recorder, int]:
     """Record until completion, Ctrl-C, or a failure after enough samples to save."""
     recorder = Recorder(source.name)
     status = 0
     try:
         for block in stream(source):
             recorder.add(block)
-            if watch(block):
+            if on_block(block):
                 break
     except KeyboardInterrupt:
         pass
     except DataError as error:
-        if recorder.duration < _WORTH_KEEPING:
+        if recorder.duration < _MIN_DURATION:
             raise
         print_error(error)
         status = _FAILED

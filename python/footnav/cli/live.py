@@ -9,7 +9,7 @@ from rich.live import Live
 from rich.text import Text
 
 
-class Screen:
+class StatusLine:
     """Terminal output of a capture, on standard error.
 
     Parameters
@@ -21,12 +21,12 @@ class Screen:
     def __init__(self, live: Live | None = None) -> None:
         self._live = live
 
-    def show(self, text: str) -> None:
+    def update(self, text: str) -> None:
         """Update the status line, on a terminal."""
         if self._live is not None:
             self._live.update(Text(text, no_wrap=True, overflow="ellipsis"))
 
-    def say(self, text: str) -> None:
+    def message(self, text: str) -> None:
         """Print a message above the status line."""
         if self._live is None:
             print(text, file=sys.stderr)
@@ -35,19 +35,19 @@ class Screen:
 
 
 @contextmanager
-def screen() -> Iterator[Screen]:
+def status_line() -> Iterator[StatusLine]:
     """Open the status line of a capture.
 
     Yields
     ------
-    Screen
+    StatusLine
         For the time of the capture.
     """
     if not sys.stderr.isatty():
-        yield Screen()
+        yield StatusLine()
         return
     # Standard output may be a file while the line is on the terminal.
     with Live(
         console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
     ) as live:
-        yield Screen(live)
+        yield StatusLine(live)

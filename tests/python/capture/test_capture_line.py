@@ -243,7 +243,7 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
 
 
 @pytest.mark.parametrize(
-    ("line", "trouble"),
+    ("line", "fault"),
     [
         (fault_line(1), "the sensor does not answer"),
         (fault_line(2, 0x71), "WHO_AM_I of the sensor reads 0x71, an MPU9250; expected 0x68"),
@@ -255,12 +255,12 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
         (header_line(bytes((4, 7, 0, 0))), "the sketch's settings are wrong: dlpf_cfg is 7"),
     ],
 )
-def test_trouble_is_told(line, trouble):
+def test_trouble_is_told(line, fault):
     decoder, counts = decode(line, sample_line(0, 0))
-    assert trouble in decoder.trouble
+    assert fault in decoder.fault
     assert counts == []
     decoder.feed(header_line() + sample_line(5000, 1))
-    assert decoder.trouble is None
+    assert decoder.fault is None
 
 
 # The sketch itself
@@ -351,13 +351,13 @@ def test_the_sketch_sends_every_sample_across_the_wrap_of_its_clock(board):
 
 
 @pytest.mark.parametrize(
-    ("case", "trouble"),
+    ("case", "fault"),
     [("absent", "does not answer"), ("other", "0x71"), ("silent", "no data-ready signal")],
 )
-def test_the_sketch_says_what_is_wrong(board, case, trouble):
+def test_the_sketch_says_what_is_wrong(board, case, fault):
     decoder = Decoder()
     assert decoder.feed(board(case, 0, 1.5)) == []
-    assert trouble in decoder.trouble
+    assert fault in decoder.fault
 
 
 def test_the_sketch_sets_the_chip_up_again_when_its_supply_dips(board):

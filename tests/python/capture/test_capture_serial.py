@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import footnav
-from footnav.capture import Block, LossCounters, SerialSource, Setup, follow, record
+from footnav.capture import Block, LossCounters, SerialSource, Setup, record, track_live
 from footnav.capture.clock import HostedClock
 from footnav.errors import ConfigError, DataError
 from stream_lines import AT_REST, fault_line, header_line, sample_line, stream
@@ -239,7 +239,7 @@ def test_the_host_tells_how_long_a_restart_took():
     st.floats(0.98, 1.02), st.lists(st.floats(0, 0.02), min_size=3, max_size=30), st.integers(1, 9)
 )
 def test_stamps_never_go_back(rate, delays, size):
-    clock = HostedClock(rate_sigma=0.02, lateness=0.005)
+    clock = HostedClock(rate_sigma=0.02, latency=0.005)
     last = -1.0
     for k, delay in enumerate(delays):
         device = INTERVAL * np.arange(k * size, (k + 1) * size)
@@ -260,7 +260,7 @@ def test_blocks_go_straight_into_a_navigator():
     lines = stream([tuple(row) for row in counts])
     pieces = [(0.02 * k, b"".join(lines[4 * k : 4 * k + 4])) for k in range(len(lines) // 4)]
     navigator = footnav.Navigator(rate_hz=200)
-    states = follow(source_of(*pieces), navigator)
+    states = track_live(source_of(*pieces), navigator)
     n = sum(map(len, itertools.islice(states, len(pieces) - 1)))
     assert n > 0.8 * len(walk)
     assert navigator.position[0] == pytest.approx(3.0, abs=0.3)

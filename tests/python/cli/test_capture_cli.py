@@ -15,7 +15,14 @@ import serial
 import footnav
 from footnav.capture import Block, Guide, LossCounters, Plan
 from footnav.cli import main
-from footnav.cli.capture import Leader, Meter, capture, capture_poses, check_duration, check_target
+from footnav.cli.capture import (
+    CaptureDisplay,
+    PoseDisplay,
+    capture,
+    capture_poses,
+    check_duration,
+    check_target,
+)
 from footnav.errors import ConfigError, DataError
 from poses import blocks, counts, tilts
 from stream_lines import AT_REST, Counts, stream
@@ -171,12 +178,14 @@ def test_poses_that_are_missing_are_named_and_the_recording_kept(capsys):
 def test_the_line_on_the_screen_tells_rate_losses_and_rest():
     shown: list[str] = []
 
-    class Screen:
-        show = staticmethod(shown.append)
+    class StatusLine:
+        update = staticmethod(shown.append)
 
-    meter = Meter(given([("+z", 0.0)], losses=LossCounters(missing=3)), Screen(), 100)
+    display = CaptureDisplay(
+        given([("+z", 0.0)], losses=LossCounters(missing=3)), StatusLine(), 100
+    )
     for block in blocks(counts([("+z", 3.0), ("+x", 0.4)])):
-        meter.see(block)
+        display.process(block)
     assert any(re.fullmatch(r"    3\.0 s    200\.0 Hz  at rest 3 missing", line) for line in shown)
     assert any("moving" in line for line in shown)
 
@@ -229,13 +238,13 @@ def test_a_recording_without_a_name_is_called_after_the_time():
 def test_the_screen_tells_which_side_is_up_and_how_long_it_still_takes():
     shown: list[str] = []
 
-    class Screen:
-        show = staticmethod(shown.append)
-        say = staticmethod(shown.append)
+    class StatusLine:
+        update = staticmethod(shown.append)
+        message = staticmethod(shown.append)
 
-    leader = Leader(Guide(QUICK), Screen())
+    display = PoseDisplay(Guide(QUICK), StatusLine())
     for block in blocks(counts([("+z", 1.5)])):
-        leader.see(block)
+        display.process(block)
     assert shown[0].startswith("Place the sensor on a firm table")
     assert shown[-1].startswith(" 10%  +z up now, held for 1.4 of 2 s")
 

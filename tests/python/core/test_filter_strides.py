@@ -161,9 +161,7 @@ def test_parts_find_their_strides_anew(tracked: Trajectory) -> None:
 )
 def test_strides_of_another_track_are_refused(tracked: Trajectory, change: Any) -> None:
     """Nobody carries strides on to rows that they do not fit."""
-    message = (
-        "filter_strides do not lie between rows of this track: leave them out to compute them"
-    )
+    message = "filter_strides do not lie between rows of this track: leave them out to compute them"
     with pytest.raises(DataError, match=message):
         dataclasses.replace(tracked, **change(tracked))
 

@@ -446,7 +446,8 @@ def test_cut_off_last_line_is_dropped_with_a_warning(write, keep):
     lines[-1] = ",".join(lines[-1].split(",")[:keep])
     path = write("\n".join(lines).encode())
     with pytest.warns(
-        FootnavWarning, match=rf"walk\.csv, line 61: the last line is truncated \({keep} of 7 cells\)"
+        FootnavWarning,
+        match=rf"walk\.csv, line 61: the last line is truncated \({keep} of 7 cells\)",
     ):
         recording = read(path)
     assert_is(recording, table[:-1], rtol=0)

@@ -28,7 +28,7 @@ def as_recordings(recordings: Recording | Sequence[Recording]) -> list[Recording
     return found
 
 
-def origin(recordings: Sequence[Recording], sensor: str) -> dict[str, Any]:
+def provenance(recordings: Sequence[Recording], sensor: str) -> dict[str, Any]:
     """Return `range`, `temperature` and `date` of a sensor's calibration.
 
     Parameters
