@@ -12,7 +12,7 @@ class FootnavError(Exception):
 
 
 class ConfigError(FootnavError):
-    """A setting is unknown, out of range, or at odds with another one."""
+    """A setting is unknown, out of range, or inconsistent with another one."""
 
 
 class DataError(FootnavError):

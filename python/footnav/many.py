@@ -132,8 +132,8 @@ def track_many(
 
     Examples
     --------
-    >>> for outcome in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
-    ...     print(outcome.name, outcome.error or outcome.trajectory.summary())
+    >>> for result in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
+    ...     print(result.name, result.error or result.trajectory.summary())
     """
     job = Job(config or DEFAULTS, reader, _created(folder))
     if executor is not None:

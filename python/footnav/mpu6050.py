@@ -84,7 +84,7 @@ class Setup(Section, frozen=True, kw_only=True):
         Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.  A foot turns at up to 1000
         deg/s.
     dlpf_cfg : int
-        Low-pass filter, 0 to 6; 2 passes 94 Hz, which suits 200 samples per second.
+        Low-pass filter, 0 to 6; 2 passes 94 Hz, for 200 samples per second.
     smplrt_div : int
         The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at
         `dlpf_cfg` 0); 0 to 255.

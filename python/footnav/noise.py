@@ -294,7 +294,7 @@ def _end_of_filter(taus: Floats, deviation: Floats, degrees_of_freedom: Floats) 
 
 
 def _decades(taus: Floats) -> Floats:
-    """Return the width in decades of the averaging times that each one stands for."""
+    """Return the width in decades of the averaging times that each one represents."""
     decades: Floats = np.gradient(np.log10(taus))
     return decades
 

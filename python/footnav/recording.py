@@ -65,7 +65,7 @@ class Recording:
         A shape or type is wrong, a value is not finite, time goes back or does not advance, or the
         values are in another unit.
     ConfigError
-        A full scale is not a positive number, or is at odds with the samples.
+        A full scale is not a positive number, or is inconsistent with the samples.
     """
 
     t: Floats

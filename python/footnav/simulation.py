@@ -32,7 +32,7 @@ class Waypoint(Section, frozen=True, kw_only=True):
         Whether the leg to this point is a single stride onto a tread of stairs; if not, it is
         divided into strides.
     lift : bool
-        Whether a lift carries the walker here, straight up or down, while the foot stands.
+        Whether a lift moves the walker vertically to this point, with the foot at rest.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
@@ -119,7 +119,7 @@ class Gait(Section, frozen=True, kw_only=True):
     impact : float
         Peak of the oscillation after heel strike, m/s².
     stance_roll : float
-        How far the foot rolls inwards while it stands flat, rad.
+        Inward roll of the foot in stance, rad.
     tremor : float
         Root mean square of the angular rate by which each axis trembles, rad/s.
     sensor_position : tuple of 3 floats
@@ -270,13 +270,13 @@ def simulate(
     recording : Recording
         Readings of the sensor.
     truth : Trajectory
-        Position, velocity, attitude and biases at each sample, and where the foot stands flat on
-        ground that is at rest.
+        Position, velocity, attitude and biases at each sample, and the stances, on ground that is
+        at rest.
 
     Raises
     ------
     ConfigError
-        A parameter that makes no sense, by name.
+        A parameter is out of range; the message names it.
     """
     route = path if isinstance(path, Route) else Route.through(path)
     sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
@@ -349,7 +349,7 @@ def simulate_rest(
     Raises
     ------
     ConfigError
-        A parameter that makes no sense, by name.
+        A parameter is out of range; the message names it.
     """
     sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
     settings = {"rate_hz": rate_hz, "seed": seed} | (

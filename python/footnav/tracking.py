@@ -60,7 +60,7 @@ def track(
     Raises
     ------
     ConfigError
-        Settings at odds with each other, or an object that is no `StanceDetector`.
+        Settings are inconsistent, or an object is not a `StanceDetector`.
     DataError
         The samples cannot be used, or are fewer than the alignment needs; the settings ask for a
         magnetometer, and there is none; `detector` is an array of another type or length; a

@@ -116,7 +116,7 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
     Returns
     -------
     Fit
-        Of the parameters that `unpack` takes apart.
+        Fit of the parameters that `unpack` converts.
 
     Raises
     ------

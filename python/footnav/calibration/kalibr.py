@@ -76,7 +76,7 @@ def load_kalibr(path: str | PathLike[str]) -> KalibrImu:
     Raises
     ------
     ConfigError
-        The file cannot be read, is no YAML, lacks a figure, or has one that makes no sense.
+        The file cannot be read, is no YAML, lacks a figure, or has an impossible one.
 
     Warns
     -----

@@ -129,7 +129,7 @@ def _check_cover(directions: Floats, condition: float, label: str) -> None:
     missing = missing_sides(directions)
     if missing:
         raise DataError(
-            f"{label}: the directions cover too little: the field never came from "
+            f"{label}: the directions cover too little: the field never pointed along "
             f"{', '.join(missing)} of the sensor; "
             "turn it slowly all around, upside down, too"
         )

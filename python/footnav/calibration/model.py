@@ -26,7 +26,7 @@ SENSORS = {"accel": "accelerometer", "gyro": "gyroscope", "mag": "magnetometer"}
 """Name of each sensor in messages, by its name in a recording."""
 
 RANGE_TOLERANCE = 0.01
-"""Relative difference of two full scales that mean the same: g is rounded in more than one way."""
+"""Relative difference of two full scales that count as equal: the rounding of g differs."""
 
 
 class TemperatureModel(Section, frozen=True, kw_only=True):

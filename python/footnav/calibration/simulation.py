@@ -69,7 +69,7 @@ def simulate_poses(
     Raises
     ------
     ConfigError
-        A parameter that makes no sense, by name.
+        A parameter is out of range; the message names it.
     """
     from scipy.spatial.transform import Rotation
 

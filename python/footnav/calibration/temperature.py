@@ -65,7 +65,7 @@ def calibrate_temperature(
     Raises
     ------
     ConfigError
-        The order makes no sense, or the recordings do not fit `base`.
+        The order is out of range, or the recordings do not fit `base`.
     DataError
         There is no temperature, it spans too little, or the sensor did not rest.
     """

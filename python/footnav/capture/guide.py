@@ -89,7 +89,7 @@ class Guide:
     Parameters
     ----------
     plan : Plan, optional
-        What makes the calibration complete.
+        Poses of a complete calibration.
 
     Attributes
     ----------

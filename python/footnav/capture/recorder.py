@@ -93,7 +93,7 @@ class Recorder:
         """
         if self.samples < 2:
             raise DataError(
-                f"{self.name}: {self.samples} samples came; at least 2 make a recording"
+                f"{self.name}: {self.samples} samples arrived; a recording needs at least 2"
             )
         blocks, setup = self._blocks, self._blocks[0].setup
         return Recording(

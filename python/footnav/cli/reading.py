@@ -44,7 +44,7 @@ class Reading:
     Raises
     ------
     ConfigError
-        An option is unknown, out of range, or at odds with another one.
+        An option is unknown, out of range, or inconsistent with another one.
     """
 
     format: str | None = None

@@ -28,7 +28,7 @@ def states_in(traj: Track, frame: str | None) -> States:
     traj : Track
         The track.
     frame : {"enu", "ned"} or None
-        None stands for `traj.frame`.
+        None for `traj.frame`.
 
     Returns
     -------

@@ -21,7 +21,7 @@ def geodetic(traj: Track, origin: Sequence[float] | None) -> Floats:
     traj : Track
         The track, with x to the east and y to the north.
     origin : (latitude, longitude, height) or None
-        Degrees and m (WGS-84); None stands for `traj.origin`.
+        Degrees and m (WGS-84); None for `traj.origin`.
 
     Returns
     -------

@@ -78,5 +78,5 @@ def _check_options(path: Path, writer: Callable[..., None], options: dict[str, A
         if option not in known:
             expected = ", ".join(known) or "no options"
             raise ConfigError(
-                f"{path}: {path.suffix} knows {expected}, not {option!r}{nearest(option, known)}"
+                f"{path}: {path.suffix} has {expected}, not {option!r}{nearest(option, known)}"
             )

@@ -23,7 +23,7 @@ class Options:
     Raises
     ------
     ConfigError
-        A value is unknown, out of range, or at odds with another one.
+        A value is unknown, out of range, or inconsistent with another one.
     """
 
     format: str | None = None

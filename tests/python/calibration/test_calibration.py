@@ -62,7 +62,7 @@ def test_an_ideal_sensor_needs_no_correction():
         np.testing.assert_allclose(triad.bias, 0.0, atol=1e-9)
 
 
-def test_without_noise_the_errors_come_back_exactly():
+def test_without_noise_the_errors_are_recovered_exactly():
     sensor = known_sensor(3, noise=0.0)
     found = calibrate_accel(quick_poses(sensor))
     accel, gyro = true_matrices(sensor)
@@ -241,7 +241,7 @@ def test_recordings_at_two_ranges_are_refused(poses):
         calibrate_accel([poses, other])
 
 
-def test_registers_at_odds_with_the_recording_are_refused(poses):
+def test_registers_inconsistent_with_the_recording_are_refused(poses):
     with pytest.raises(
         ConfigError,
         match=r"accel_range of the recording is 78.45, that of the given registers 156.9",
@@ -289,7 +289,7 @@ def test_six_positions_and_full_turns_give_the_errors_back():
     np.testing.assert_allclose(found.gyro.bias, sensor.gyro.bias, atol=1e-12)
 
 
-def test_six_positions_without_turns_say_so():
+def test_six_positions_without_turns_are_noted():
     found = calibrate_six_position(quick_poses(known_sensor(6), poses=SIX_SIDES))
     assert found.gyro.note.startswith("bias only: turns of 360 deg about each axis")
     assert found.gyro.matrix_std is None
@@ -308,7 +308,7 @@ def test_offsets_are_recognized_in_six_positions():
         calibrate_six_position(offset)
 
 
-def test_the_answer_is_that_of_imucal():
+def test_the_result_is_that_of_imucal():
     imucal = pytest.importorskip("imucal")
     pandas = pytest.importorskip("pandas")
     sensor = known_sensor(7)
@@ -412,7 +412,7 @@ SCALE = np.array([[3e-4, -2e-4, 1e-4], [0.0, 2e-6, 1e-6]])
 GYRO_BIAS = np.array([[2e-4, -3e-4, 1e-4], [1e-6, 0.0, -2e-6]])
 
 
-def test_opposite_poses_tell_bias_and_scale_over_temperature():
+def test_opposite_poses_separate_bias_and_scale_over_temperature():
     recordings = [
         warmed([pose], WARMING, BIAS, SCALE, GYRO_BIAS, k) for k, pose in enumerate(SIX_SIDES)
     ]
@@ -432,7 +432,7 @@ def test_opposite_poses_tell_bias_and_scale_over_temperature():
     assert np.abs(corrected.gyro.reshape(10, -1, 3).mean(axis=1)).max() < 2e-4
 
 
-def test_one_pose_gives_the_change_of_the_bias_alone():
+def test_one_pose_gives_the_change_of_the_bias_only():
     recording = warmed([[0, 0, 1]], WARMING, BIAS, 0 * SCALE, GYRO_BIAS)
     found = calibrate_temperature(recording, order=2)
     assert found.accel.thermal.scale == ()
@@ -484,7 +484,7 @@ def test_a_calibration_that_follows_the_temperature_needs_one():
         ({}, {"order": 4}, ConfigError, "order is 4; expected 1 to 3"),
     ],
 )
-def test_what_tells_nothing_of_the_temperature_is_refused(changes, options, error, text):
+def test_recordings_without_a_span_of_temperature_are_refused(changes, options, error, text):
     recording = replace(warmed([[0, 0, 1]], WARMING, BIAS, SCALE, GYRO_BIAS), **changes)
     with pytest.raises(error, match=text):
         calibrate_temperature(recording, **options)
@@ -517,7 +517,7 @@ SOFT = np.array([[1.1, 0.05, -0.02], [0.05, 0.95, 0.03], [-0.02, 0.03, 1.0]])
 HARD = (20e-6, -35e-6, 10e-6)
 
 
-def test_hard_and_soft_iron_come_back():
+def test_hard_and_soft_iron_are_recovered():
     found = calibrate_mag(magnetic(SOFT, HARD), field=50e-6).mag
     np.testing.assert_allclose(found.matrix, SOFT, atol=1e-9)
     np.testing.assert_allclose(found.bias, HARD, atol=1e-15)
@@ -537,7 +537,7 @@ def test_a_corrected_magnetometer_reads_one_strength():
         (resting(), "rest.csv has no magnetometer"),
         (
             magnetic(keep=lambda d: d[d[:, 2] > 0.0]),
-            r"around.csv: the directions cover too little: .* never came from -z",
+            r"around.csv: the directions cover too little: .* never pointed along -z",
         ),
         (
             magnetic(noise=1.5e-5),
@@ -550,7 +550,7 @@ def test_a_corrected_magnetometer_reads_one_strength():
     ],
     ids=["none", "half", "disturbed", "line"],
 )
-def test_what_cannot_calibrate_a_magnetometer_is_refused(recording, text):
+def test_unusable_magnetometer_recordings_are_refused(recording, text):
     with pytest.raises(DataError, match=text):
         calibrate_mag(recording)
 
@@ -558,7 +558,7 @@ def test_what_cannot_calibrate_a_magnetometer_is_refused(recording, text):
 # Applying
 
 
-def test_applying_is_what_the_navigator_does_itself(calibration):
+def test_applying_equals_the_calibration_of_the_navigator(calibration):
     raw, _ = footnav.simulate(
         footnav.simulation.Route.straight(4.0), sensor=known_sensor(1), seed=1
     )
@@ -634,7 +634,7 @@ def test_correcting_undoes_the_errors_at_every_temperature(matrix, bias, slope, 
         ({"rest": -1.0}, "rest is -1.0; expected a positive number"),
     ],
 )
-def test_poses_that_make_no_sense_are_refused(options, text):
+def test_poses_that_are_impossible_are_refused(options, text):
     with pytest.raises(ConfigError, match=text):
         simulate_poses(**options)
 

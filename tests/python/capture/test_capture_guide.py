@@ -20,7 +20,7 @@ def lead(poses, plan: Plan = QUICK, size: int = 7, **motion) -> tuple[Guide, lis
     ]
 
 
-def test_all_poses_lead_to_the_end():
+def test_all_poses_complete_the_guide():
     poses = [("+z", 6.0), *[(side, 3.0) for side in SIX[1:]], *[(tilt, 3.0) for tilt in tilts(3)]]
     guide, messages = lead(poses)
     assert messages == [f"Done: {side} up." for side in SIX] + [
@@ -54,7 +54,7 @@ def test_blocks_of_any_size_give_the_same(size):
     )
 
 
-def test_what_to_do_is_said_in_every_stage():
+def test_every_stage_has_an_instruction():
     guide, _ = lead([("+z", 2.0)])
     assert guide.stage is Stage.SETTLE
     assert guide.instruction.startswith(
@@ -71,7 +71,7 @@ def test_what_to_do_is_said_in_every_stage():
     assert guide.instruction == "Tilt it to a new angle: tilt 1 of 3."
 
 
-def test_progress_never_falls_but_where_a_pose_is_lost():
+def test_progress_falls_only_when_a_pose_is_interrupted():
     guide = Guide(QUICK)
     poses = [("+z", 6.0), *[(side, 3.0) for side in SIX[1:]], *[(tilt, 3.0) for tilt in tilts(3)]]
     shares = [guide.progress for block in blocks(counts(poses)) if guide.feed(block) is not None]
@@ -88,7 +88,7 @@ def test_moved_too_early():
     assert guide.missing_sides == ("+x", "+y", "-y", "-z")
 
 
-def test_the_quiet_start_begins_anew_when_it_is_disturbed():
+def test_the_initial_rest_restarts_when_it_is_disturbed():
     guide, messages = lead([("+z", 3.0), ("+z", 3.0)])
     assert messages[0].startswith("Moved too early: ")
     assert messages[0].endswith("of 5 s.  Repeat the pose.")
@@ -96,7 +96,7 @@ def test_the_quiet_start_begins_anew_when_it_is_disturbed():
     assert guide.held < 4
 
 
-def test_a_bounce_as_it_is_set_down_is_not_worth_a_word():
+def test_an_impact_as_it_is_placed_gives_no_message():
     _, messages = lead([("+z", 6.0), ("+x", 0.4), ("+x", 3.0)])
     assert messages == ["Done: +z up.", "Done: +x up."]
 
@@ -138,7 +138,7 @@ def test_the_pose_that_is_done_does_not_count_again():
     assert guide.stage is Stage.PLACE
 
 
-def test_a_hand_does_not_hold_it_still():
+def test_a_sensor_in_a_hand_is_not_at_rest():
     guide, messages = lead([("+z", 6.0)], noise=8.0)
     assert (guide.held, messages) == (0.0, [])
 
@@ -180,6 +180,6 @@ def test_samples_that_are_missing_are_not_rest():
         ({"tilts": -1}, "tilts is -1; expected 0 to 60"),
     ],
 )
-def test_a_plan_that_nobody_can_follow_is_refused(settings, message):
+def test_a_plan_out_of_range_is_refused(settings, message):
     with pytest.raises(ConfigError, match=message):
         Plan(**settings)

@@ -46,7 +46,7 @@ def times(blocks: list[Block]) -> np.ndarray:
         Setup(accel_range_g=4, gyro_range_deg_s=500, dlpf_cfg=6, smplrt_div=255),
     ],
 )
-def test_every_sample_comes_once_and_in_order(setup):
+def test_every_sample_is_output_once_and_in_order(setup):
     chip = FakeMpu6050()
     source = source_of(chip, setup)
     blocks = read_seconds(source, chip, 3.0)
@@ -168,7 +168,7 @@ def test_the_other_address():
         source_of(chip, address=0x70)
 
 
-def test_a_chip_that_fell_asleep_is_told():
+def test_a_chip_in_sleep_mode_is_reported():
     chip = FakeMpu6050()
     source = source_of(chip)
     read_seconds(source, chip, 0.5)
@@ -179,7 +179,7 @@ def test_a_chip_that_fell_asleep_is_told():
         read_seconds(source, chip, 2.0)
 
 
-def test_a_chip_that_was_unplugged_is_told():
+def test_a_chip_that_was_unplugged_is_reported():
     chip = FakeMpu6050()
     source = source_of(chip)
     read_seconds(source, chip, 0.5)
@@ -191,7 +191,7 @@ def test_a_chip_that_was_unplugged_is_told():
         read_seconds(source, chip, 2.0)
 
 
-def test_a_host_that_is_too_slow_is_told():
+def test_a_host_that_is_too_slow_is_reported():
     chip = FakeMpu6050()
     source = source_of(chip)
     with pytest.raises(DataError, match="its FIFO overflows repeatedly; lower the rate"):
@@ -205,7 +205,7 @@ def test_a_bus_that_is_not_there():
         I2cSource.open(99)
 
 
-def test_without_smbus2_the_error_says_how_to_install_it(monkeypatch):
+def test_without_smbus2_the_error_has_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "smbus2", None)
     with pytest.raises(ConfigError, match="smbus2 is missing: pip install smbus2"):
         I2cSource.open(1)
@@ -218,7 +218,7 @@ def test_the_bus_is_closed_at_the_end():
     assert chip.closed
 
 
-def test_the_driver_uses_what_smbus2_has():
+def test_the_driver_uses_members_of_smbus2():
     import inspect
 
     smbus2 = pytest.importorskip("smbus2")

@@ -48,7 +48,7 @@ LINES = stream(numbered(6))
 # What a line means
 
 
-def test_a_sample_has_what_its_line_says():
+def test_a_sample_has_the_values_of_its_line():
     (sample,) = Decoder().feed(
         header_line() + sample_line(123_456, 7, (1, -2, 3, -4, 5, -6, -32768))
     )
@@ -66,7 +66,7 @@ def test_a_sample_has_what_its_line_says():
     st.integers(0, 6),
     st.integers(0, 255),
 )
-def test_settings_survive_the_registers(accel, gyro, dlpf, divider):
+def test_settings_round_trip_through_the_registers(accel, gyro, dlpf, divider):
     setup = Setup(accel_range_g=accel, gyro_range_deg_s=gyro, dlpf_cfg=dlpf, smplrt_div=divider)
     assert Setup.from_registers(setup.registers) == setup
 
@@ -128,7 +128,7 @@ def sound_ends(data: bytes) -> set[bytes]:
 
 
 @given(damage, st.integers(1, 50))
-def test_no_damage_makes_a_sample_and_what_comes_later_is_read(damages, size):
+def test_corrupt_lines_give_no_sample_and_later_ones_are_read(damages, size):
     data = harm(b"".join(LINES), damages)
     decoder, counts = decode(*(data[k : k + size] for k in range(0, len(data), size)))
     sound = {struct.unpack(">7h", bytes.fromhex(end[13:-4].decode())) for end in sound_ends(data)}
@@ -205,7 +205,7 @@ def test_lost_and_broken_lines_are_missing_numbers():
 @pytest.mark.parametrize(
     ("stamp", "number"), [(2**32 - 7_500, 40), (0, 2**16 - 2), (2**32 - 7_500, 2**16 - 2)]
 )
-def test_stamps_and_numbers_that_begin_anew_count_on(stamp, number):
+def test_stamps_and_numbers_are_unwrapped(stamp, number):
     decoder = Decoder()
     samples = decoder.feed(b"".join(stream(numbered(5), stamp, number)))
     assert [sample.stamp_us for sample in samples] == [stamp + 5000 * k for k in range(5)]
@@ -224,7 +224,7 @@ def test_a_silence_across_the_end_of_the_counters_is_a_loss(silence):
 
 
 @pytest.mark.parametrize("minutes", [0.1, 20, 35, 50, 71])
-def test_a_device_that_begins_anew_is_a_restart(minutes):
+def test_a_restart_of_the_device_is_detected(minutes):
     stamp = round(minutes * 60e6)
     before, after = stream(numbered(5), stamp, stamp // 5000), stream(numbered(5), 900_000)
     decoder = Decoder()
@@ -255,7 +255,7 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
         (header_line(bytes((4, 7, 0, 0))), "the sketch's settings are wrong: dlpf_cfg is 7"),
     ],
 )
-def test_trouble_is_told(line, fault):
+def test_faults_are_reported(line, fault):
     decoder, counts = decode(line, sample_line(0, 0))
     assert fault in decoder.fault
     assert counts == []
@@ -354,7 +354,7 @@ def test_the_sketch_sends_every_sample_across_the_wrap_of_its_clock(board):
     ("case", "fault"),
     [("absent", "does not answer"), ("other", "0x71"), ("silent", "no data-ready signal")],
 )
-def test_the_sketch_says_what_is_wrong(board, case, fault):
+def test_the_sketch_reports_faults(board, case, fault):
     decoder = Decoder()
     assert decoder.feed(board(case, 0, 1.5)) == []
     assert fault in decoder.fault

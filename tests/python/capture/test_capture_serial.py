@@ -123,13 +123,13 @@ def test_a_port_that_is_not_there_names_those_that_are():
         SerialSource.open("/dev/absent")
 
 
-def test_without_pyserial_the_error_says_how_to_install_it(monkeypatch):
+def test_without_pyserial_the_error_has_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(ConfigError, match="serial is missing: pip install pyserial"):
         SerialSource.open("/dev/ttyUSB0")
 
 
-def test_a_port_that_vanishes_is_told():
+def test_a_port_that_disappears_is_reported():
     def fail(*_: object) -> bytes:
         raise OSError(5, "Input/output error")
 
@@ -160,13 +160,13 @@ def test_a_port_that_vanishes_is_told():
         ),
     ],
 )
-def test_silence_says_what_is_likely_wrong(pieces, message):
+def test_silence_names_the_likely_cause(pieces, message):
     source = source_of(*pieces)
     with pytest.raises(DataError, match=r"ttyTEST: no sample for 5 s; .*" + message):
         read_samples(source, 99)
 
 
-def test_a_fault_before_the_first_sample_is_told_at_once():
+def test_a_fault_before_the_first_sample_is_reported_at_once():
     source = source_of((0.01, fault_line(2, 0x71)))
     with pytest.raises(DataError, match="ttyTEST: WHO_AM_I of the sensor reads 0x71, an MPU9250"):
         source.read()
@@ -226,7 +226,7 @@ def test_a_host_that_is_busy_for_a_while_does_not_bend_time():
     np.testing.assert_allclose(np.diff(t), INTERVAL, rtol=1e-3)
 
 
-def test_the_host_tells_how_long_a_restart_took():
+def test_the_host_clock_gives_the_duration_of_a_restart():
     source = source_of(*paced(200, stamp=7_000_000), *paced(200, stamp=100_000, at=3.0))
     blocks = read_samples(source, 400)
     t = np.concatenate([block.t for block in blocks])
@@ -286,5 +286,5 @@ def test_one_sample_is_no_recording():
 
     recorder = Recorder("ttyTEST")
     recorder.add(Block.from_counts(np.zeros(1), [AT_REST], Setup()))
-    with pytest.raises(DataError, match="ttyTEST: 1 samples came; at least 2 make a recording"):
+    with pytest.raises(DataError, match="ttyTEST: 1 samples arrived; a recording needs at least 2"):
         recorder.recording()

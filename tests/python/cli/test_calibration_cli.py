@@ -87,7 +87,7 @@ def test_registers_are_kept_with_the_calibration(run, poses):
         (("--gravity", 99), "mechanization.gravity = 99: expected between 9.0 and 10.5"),
     ],
 )
-def test_options_that_make_no_sense_are_misuse(run, poses, options, text):
+def test_options_that_are_impossible_are_misuse(run, poses, options, text):
     poses.save("poses.csv")
     status, out, err = run("calibrate", "accel", "poses.csv", *options)
     assert (status, out) == (2, "")
@@ -105,7 +105,7 @@ def test_six_positions_on_the_command_line(run):
     np.testing.assert_allclose(matrix, np.linalg.inv(known_sensor(1).gyro.matrix), atol=2e-3)
 
 
-def test_too_few_poses_fail_and_leave_the_old_file_alone(run):
+def test_too_few_poses_fail_and_do_not_change_the_old_file(run):
     Path("calibration.toml").write_text("device = 'old'\n")
     quick_poses("ideal", poses=SIX_SIDES[:4]).save("few.csv")
     status, out, err = run("calibrate", "accel", "few.csv")

@@ -118,7 +118,7 @@ def test_a_capture_from_a_port_reads_back(board, capsys):
     )
 
 
-def test_poses_are_led_through_at_a_port(board, capsys):
+def test_poses_are_recorded_at_a_port(board, capsys):
     port = board(counts(COMPLETE).tolist())
     quick = ("--settle", "2", "--hold", "1", "--tilts", "1")
     assert main(["capture", "poses", "serial", port, *quick, "--out", "poses.csv"]) == 0
@@ -129,7 +129,7 @@ def test_poses_are_led_through_at_a_port(board, capsys):
     assert streams.err.endswith("  Done: tilt 1.\nAll poses are done.\n")
 
 
-def test_ctrl_c_ends_a_capture_and_keeps_what_came(capsys):
+def test_ctrl_c_ends_a_capture_and_the_samples_are_saved(capsys):
     source = given([("+z", 1.5)], KeyboardInterrupt(), LossCounters(missing=7, broken=2))
     assert capture(source, Path("walk.npz")) == 0
     assert capsys.readouterr().out.startswith(
@@ -138,7 +138,7 @@ def test_ctrl_c_ends_a_capture_and_keeps_what_came(capsys):
     assert footnav.read("walk.npz").accel_range == pytest.approx(16 * 9.80665)
 
 
-def test_a_plug_that_is_pulled_ends_a_capture_and_keeps_what_came(capsys):
+def test_an_unplugged_device_ends_a_capture_and_the_samples_are_saved(capsys):
     assert capture(given([("+z", 3.0)], DataError("given disappeared")), Path("walk.csv")) == 1
     streams = capsys.readouterr()
     assert streams.err == "footnav: given disappeared\n"
@@ -148,7 +148,7 @@ def test_a_plug_that_is_pulled_ends_a_capture_and_keeps_what_came(capsys):
 def test_a_capture_that_fails_at_once_leaves_nothing(folder):
     with pytest.raises(DataError, match="given disappeared"):
         capture(given([("+z", 1.0)], DataError("given disappeared")), Path("walk.csv"))
-    with pytest.raises(DataError, match="given: 0 samples came"):
+    with pytest.raises(DataError, match="given: 0 samples arrived"):
         capture(given([("+z", 0.0)], KeyboardInterrupt()), Path("walk.csv"))
     assert list(folder.iterdir()) == []
 
@@ -175,7 +175,7 @@ def test_poses_that_are_missing_are_named_and_the_recording_kept(capsys):
     assert "no side and 1 of 1 tilts" in capsys.readouterr().err
 
 
-def test_the_line_on_the_screen_tells_rate_losses_and_rest():
+def test_the_status_line_shows_rate_losses_and_rest():
     shown: list[str] = []
 
     class StatusLine:
@@ -220,7 +220,7 @@ def test_the_line_on_the_screen_tells_rate_losses_and_rest():
         (["spi"], 2, '"spi"'),
     ],
 )
-def test_what_cannot_be_done_is_one_line(folder, capsys, arguments, status, message):
+def test_misuse_is_one_line(folder, capsys, arguments, status, message):
     (folder / "there.csv").touch()
     assert main(["capture", *arguments]) == status
     error = capsys.readouterr().err
@@ -228,14 +228,14 @@ def test_what_cannot_be_done_is_one_line(folder, capsys, arguments, status, mess
     assert error.count("\n") == 1
 
 
-def test_a_recording_without_a_name_is_called_after_the_time():
+def test_the_default_name_of_a_recording_has_the_time():
     assert re.fullmatch(r"poses-\d{8}-\d{6}\.csv", str(check_target(None, "poses")))
     assert check_duration(None) == float("inf")
     with pytest.raises(ConfigError, match="--seconds is nan"):
         check_duration(float("nan"))
 
 
-def test_the_screen_tells_which_side_is_up_and_how_long_it_still_takes():
+def test_the_status_line_shows_the_side_and_the_time():
     shown: list[str] = []
 
     class StatusLine:

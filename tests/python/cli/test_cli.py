@@ -188,7 +188,7 @@ def test_misuse_is_status_2_and_one_line(run, walk, arguments, message):
     assert list(Path().iterdir()) == [Path("walk.csv")]
 
 
-def test_other_warnings_than_footnavs_go_their_way(capsys):
+def test_other_warnings_are_shown_as_usual(capsys):
     def work() -> None:
         with reporting("walk.csv"):
             warnings.warn("old", DeprecationWarning, stacklevel=1)
@@ -336,7 +336,7 @@ def test_one_foot_of_a_pair(run, stated):
     assert load_trajectory("pair.track.npz").position[-1, 0] == pytest.approx(4.0, abs=0.2)
 
 
-def test_a_pair_whose_ranges_are_missing_says_how_to_give_them(run):
+def test_the_error_of_a_pair_without_ranges_names_the_options(run):
     write_pair(Path("pair.csv"))
     outcome = run("track", "pair.csv")
     assert (outcome.status, outcome.out) == (1, "")
@@ -392,7 +392,7 @@ def test_demo_leaves_a_walk_that_can_be_tracked_again(run):
         assert line in outcome.out
 
 
-def test_demo_tells_the_truth(run):
+def test_demo_prints_the_errors_of_its_track(run):
     run("demo", "--out", "d", "--seed", 2)
     recording, truth = footnav.simulate(footnav.simulation.Route.square(10.0), seed=2)
     expected = footnav.evaluate(footnav.track(recording, footnav.Config.preset("mpu6050")), truth)
@@ -414,7 +414,7 @@ def test_demo_tells_the_truth(run):
     assert int(rows["strides"][1]) == len(truth.strides)
 
 
-def test_demo_says_that_matplotlib_is_missing(run, monkeypatch):
+def test_demo_without_matplotlib_is_an_error(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert run("demo") == Outcome(
         1, "", "footnav: matplotlib is missing: pip install footnav[plot]\n"
@@ -460,7 +460,7 @@ def test_every_route_has_a_usual_size(run, route):
 # footnav info
 
 
-def test_info_says_what_to_do(run, recording):
+def test_info_prints_the_remedies(run, recording):
     late = footnav.Recording(recording.t[700:], recording.accel[700:], recording.gyro[700:])
     save_recording(late, "late.csv")
     outcome = run("info", "late.csv", "absent.csv")
@@ -508,7 +508,7 @@ def test_process_with_one_file_of_two(walk):
     assert (walk.parent / "walk.track.csv").exists()
 
 
-def test_process_whose_reader_went_away(walk):
+def test_process_with_a_closed_pipe(walk):
     command = [sys.executable, "-m", "footnav", "info", str(walk)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None

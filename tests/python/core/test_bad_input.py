@@ -206,7 +206,7 @@ def test_masked_samples_are_not_taken_for_samples(position):
     ],
     ids=["complex", "text", "dates", "objects"],
 )
-def test_what_is_no_real_number_is_a_data_error(convert):
+def test_values_other_than_real_numbers_are_data_errors(convert):
     t, accel, gyro = rest(50)
     try:
         accel = convert(accel)
@@ -238,7 +238,7 @@ def test_what_is_no_real_number_is_a_data_error(convert):
         ({"gyro": np.zeros((50, 3), bool)}, "gyro holds bool values; expected real numbers"),
     ],
 )
-def test_a_block_of_the_wrong_shape_or_kind_is_told_exactly_what_is_wrong(changed, message):
+def test_a_block_of_the_wrong_shape_or_kind_is_rejected_by_name(changed, message):
     block = dict(zip(("t", "accel", "gyro"), rest(50), strict=True))
     navigator = Navigator(rate_hz=RATE)
     with pytest.raises(DataError) as error:

@@ -212,7 +212,7 @@ def test_truth_that_does_not_fit_is_refused(truth: Any, message: str) -> None:
         evaluate(traj[:701], truth)
 
 
-def test_estimate_that_cannot_be_judged_is_refused() -> None:
+def test_estimate_that_cannot_be_evaluated_is_refused() -> None:
     """Too short, or not finite."""
     traj = walk(10, 50)
     with pytest.raises(DataError, match="the track has 1 samples"):

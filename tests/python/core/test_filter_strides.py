@@ -135,7 +135,7 @@ def test_archive_keeps_the_covariance(tracked: Trajectory, tmp_path: Path) -> No
     assert load_trajectory(tmp_path / "bare.npz").filter_strides is None
 
 
-def test_parts_find_their_strides_anew(tracked: Trajectory) -> None:
+def test_parts_compute_their_strides_again(tracked: Trajectory) -> None:
     """Rows of a part are not those of the whole."""
     joined = Trajectory.concatenate([tracked[:900], tracked[900:]])
     assert_same(joined.strides, dataclasses.replace(tracked.strides, covariance=None))
@@ -177,7 +177,7 @@ def test_the_guide_rebuilds_the_track(capsys: pytest.CaptureFixture[str]) -> Non
     assert "strides end" in capsys.readouterr().out
 
 
-def test_lengths_of_real_strides_are_as_uncertain_as_they_say(data_dir: Path) -> None:
+def test_errors_of_real_strides_agree_with_their_covariance(data_dir: Path) -> None:
     """Under motion capture the error of a stride's length is about one sigma in most recordings."""
     ratios = []
     for file in sorted((data_dir / "vicon").glob("*.npz"))[:12]:

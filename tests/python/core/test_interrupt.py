@@ -51,7 +51,7 @@ def interrupt_as_it_begins(monkeypatch, name):
         ("detect", lambda walk: detect(walk, GraphTheoretic())),
     ],
 )
-def test_the_core_looks_at_the_keyboard(monkeypatch, walk, name, work):
+def test_the_core_checks_for_interrupts(monkeypatch, walk, name, work):
     complete = interrupt_as_it_begins(monkeypatch, name)
     with pytest.raises(KeyboardInterrupt):
         work(walk)
@@ -72,7 +72,7 @@ def test_a_batch_ends_between_two_blocks(walk, config):
     assert shares[0] < 1.0
 
 
-def test_a_smoother_ends_on_its_way_back(walk):
+def test_a_smoother_is_cancelled_in_its_backward_pass(walk):
     shares = []
 
     def press_control_c(share):
@@ -133,7 +133,7 @@ def test_threads_end_with_the_one_that_waits_for_them(endless):
     assert given_up == []
 
 
-def test_threads_end_when_nobody_wants_their_tracks_any_more(endless):
+def test_threads_end_with_the_iteration(endless):
     begun, ended, given_up = endless
     outcomes = track_many([rest("short"), rest("long")])
     assert len(next(outcomes).trajectory) == 300

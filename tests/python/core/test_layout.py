@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Collection, Iterable, Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -15,6 +16,7 @@ Graph = dict[str, set[str]]
 """Imported files of each file, by module."""
 
 
+@cache
 def python_graph() -> Graph:
     """Return the imports of the package, also those in functions and for type checkers alone."""
     files = [*PYTHON.rglob("*.py"), *PYTHON.rglob("*.pyi")]
@@ -38,6 +40,7 @@ def imported_names(tree: ast.AST) -> Iterator[str]:
             yield from (f"{module}.{alias.name}" for alias in node.names)
 
 
+@cache
 def rust_graph() -> Graph:
     """Return the paths of the crate in each file, without its unit tests."""
     files = {rust_module(file): file for file in sorted(RUST.rglob("*.rs"))}

@@ -108,7 +108,7 @@ def test_one_that_fails_does_not_lose_the_others(files, tmp_path):
     assert_tracks([outcomes[0]], [read(files[0])])
 
 
-def test_a_reader_that_raises_anything_fails_alone(files):
+def test_an_exception_of_a_reader_affects_one_recording(files):
     def reader(path):
         if path == files[2]:
             raise KeyError("no such column")
@@ -119,7 +119,7 @@ def test_a_reader_that_raises_anything_fails_alone(files):
     assert isinstance(outcomes[2].error, KeyError)
 
 
-def test_a_run_goes_on_where_an_earlier_one_stopped(files, tmp_path):
+def test_a_run_resumes_an_earlier_one(files, tmp_path):
     folder = tmp_path / "tracks"
     some = track_many(files, folder=folder)
     next(some)
@@ -133,7 +133,7 @@ def test_a_run_goes_on_where_an_earlier_one_stopped(files, tmp_path):
     assert all(outcome.resumed for outcome in track_many(files, folder=folder))
 
 
-def test_other_settings_samples_or_readers_are_tracked_anew(walks, files, tmp_path):
+def test_other_settings_samples_or_readers_are_tracked_again(walks, files, tmp_path):
     def resumed(*arguments, **options):
         return [
             outcome.resumed

@@ -125,7 +125,7 @@ def test_any_chunking_gives_the_batch_to_the_bit(batch, cuts, name):
 
 
 @pytest.mark.parametrize("name", CONFIGS)
-def test_state_k_comes_out_with_push_k_plus_latency(batch, name):
+def test_state_k_is_output_with_push_k_plus_latency(batch, name):
     samples = rough_walk()
     navigator = Navigator(CONFIGS[name], Recording(*samples).rate_hz)
     expected = batch[name]
@@ -150,7 +150,7 @@ def test_as_many_rows_as_samples_after_flush(n, name):
     assert navigator.health.counters.samples == n
 
 
-def test_nothing_comes_out_of_nothing():
+def test_no_samples_give_no_states():
     navigator = Navigator(rate_hz=RATE)
     assert len(navigator.push_block(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))) == 0
     assert len(navigator.flush()) == 0
@@ -162,7 +162,7 @@ def test_latency_is_the_look_ahead_and_half_a_window(seconds):
     assert Navigator(Config(detector=detector), RATE).latency == round(seconds * RATE) + 3
 
 
-def test_there_is_no_state_before_the_first_came_out():
+def test_there_is_no_state_before_the_first_output():
     navigator = Navigator(rate_hz=RATE)
     attributes = (
         "t",
@@ -191,7 +191,7 @@ def test_states_stay_at_the_origin_while_the_start_is_aligned():
     assert not states.velocity[aligning].any()
 
 
-def test_attributes_are_the_row_that_came_out():
+def test_attributes_are_the_row_that_is_output():
     samples = walk()
     navigator = Navigator(rate_hz=RATE)
     states = navigator.push_block(*(column[:500] for column in samples))
@@ -210,7 +210,7 @@ def test_attributes_are_the_row_that_came_out():
 
 
 @pytest.mark.parametrize(("interval", "tolerance"), [(0.0, 1e-12), (0.02, 1e-3)])
-def test_the_position_is_as_uncertain_as_the_covariance_says(interval, tolerance):
+def test_position_errors_agree_with_the_covariance(interval, tolerance):
     navigator = Navigator(Config(filter=Filter(covariance_interval=interval)), rate_hz=RATE)
     t, accel, gyro = walk()
     compared = 0
@@ -267,7 +267,7 @@ def test_now_at_rest_is_the_state_at_the_newest_stamp():
     assert now.t - navigator.t == pytest.approx(navigator.latency / RATE)
 
 
-def test_now_is_the_newest_state_carried_forward_by_the_strapdown_alone():
+def test_now_is_the_newest_state_extrapolated_by_the_strapdown():
     t, accel, gyro = rest(400)
     accel[350:, 0] = 0.8
     navigator = Navigator(rate_hz=RATE)
@@ -298,7 +298,7 @@ def test_now_after_flush_is_the_last_state():
 
 
 @pytest.mark.parametrize("after", [0, 40, 500, 750])
-def test_reset_begins_anew(after):
+def test_reset_restarts_the_navigator(after):
     samples = walk()
     fresh = in_blocks(Navigator(rate_hz=RATE), samples, [])
     navigator = Navigator(rate_hz=RATE)
@@ -337,9 +337,7 @@ def test_data_that_were_ended_take_no_more_until_reset():
         (5, np.nan, "gyro_y"),
     ],
 )
-def test_a_sample_that_is_not_finite_is_refused_and_counted_and_the_rest_goes_on(
-    at, column, value, named
-):
+def test_a_sample_that_is_not_finite_is_refused_and_counted(at, column, value, named):
     samples = walk()
     expected = in_blocks(Navigator(rate_hz=RATE), samples, [])
     navigator = Navigator(rate_hz=RATE)
@@ -465,7 +463,7 @@ def test_a_column_of_a_block_is_made_once_and_cannot_be_written():
     assert (named.name, named.frame, named.health) == ("block", block.frame, block.health)
 
 
-def test_the_arrays_that_came_in_are_not_written():
+def test_input_arrays_are_not_written():
     samples = walk()
     before = tuple(column.copy() for column in samples)
     in_blocks(Navigator(rate_hz=RATE), samples, [])
@@ -544,7 +542,7 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
     assert_same(states, expected, [name for name in COLUMNS if name != "flags"])
 
 
-def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
+def test_a_concurrent_call_raises_and_changes_nothing():
     """A detector that looks at its own navigator stands for the other thread.
 
     It always comes at the wrong moment.
@@ -577,7 +575,7 @@ def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
     assert navigator.health.counters.samples == 5
 
 
-def test_the_kernel_for_every_processor_leads_to_the_same_place():
+def test_the_portable_kernel_gives_the_same_track():
     """The kernel is chosen once per process, so the other one runs in a process of its own."""
     program = (
         "import sys, numpy as np, footnav;"

@@ -168,7 +168,7 @@ def test_unknown_picture_is_refused(traj: Trajectory, tmp_path: Path) -> None:
         save_overview(traj, tmp_path / "walk.bmp")
 
 
-def test_old_picture_survives_a_failure(
+def test_old_picture_is_unchanged_after_a_failure(
     traj: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A full disk leaves what was there."""
@@ -194,7 +194,7 @@ def test_missing_matplotlib_names_its_cure(
         overview(traj)
 
 
-def test_pyplot_is_left_alone(tmp_path: Path) -> None:
+def test_pyplot_is_not_used(tmp_path: Path) -> None:
     """A program that has chosen its own backend keeps it."""
     walk(2).save(tmp_path / "walk.npz")
     script = (

@@ -182,7 +182,7 @@ def test_it_is_given_calibrated_samples():
 @pytest.mark.parametrize(
     "error", [ZeroDivisionError("mine"), KeyboardInterrupt("stop"), footnav.FootnavError("ours")]
 )
-def test_its_exception_comes_out_as_it_is(error):
+def test_its_exception_propagates_unchanged(error):
     failing = Scripted(lambda k: error if k == 333 else False)
     with pytest.raises(type(error), match=str(error)):
         track(walk(), detector=failing)
@@ -208,13 +208,13 @@ def test_the_first_exception_stays_until_a_reset():
     assert navigator.push(0.0, 0.0, 0.0, 9.8, 0.0, 0.0, 0.0)
 
 
-def test_an_exception_in_push_comes_out_of_push():
+def test_an_exception_in_push_propagates_from_push():
     navigator = Navigator(rate_hz=RATE, detector=Scripted(lambda k: ValueError("at once")))
     with pytest.raises(ValueError, match="at once"):
         navigator.push(0.0, 0.0, 0.0, 9.8, 0.0, 0.0, 0.0)
 
 
-def test_an_exception_in_reset_comes_out():
+def test_an_exception_in_reset_propagates():
     class Stubborn(Scripted):
         def reset(self):
             raise RuntimeError("no")
@@ -244,7 +244,7 @@ def test_an_exception_in_reset_comes_out():
         ),
     ],
 )
-def test_an_answer_out_of_turn_is_refused(answers, latency, message):
+def test_a_decision_at_the_wrong_time_is_refused(answers, latency, message):
     with pytest.raises(ConfigError, match=message):
         detect(walk(), Scripted(answers, latency))
     with pytest.raises(ConfigError, match="walk: " + message):
@@ -256,13 +256,13 @@ def test_a_numpy_bool_is_a_bool():
 
 
 @pytest.mark.parametrize("latency", [-1, 2.5, None, 10**9])
-def test_a_latency_that_makes_no_sense_is_refused(latency):
+def test_a_latency_that_is_impossible_is_refused(latency):
     with pytest.raises(ConfigError, match=f"latency is {latency}; expected a whole number"):
         Navigator(rate_hz=RATE, detector=Scripted(lambda k: None, latency))
 
 
 @pytest.mark.parametrize("detector", [3, lambda *_: True, footnav.detectors.Shoe(), "shoe"])
-def test_what_is_no_detector_is_refused(detector):
+def test_objects_without_the_members_of_a_detector_are_refused(detector):
     with pytest.raises(ConfigError, match="has no latency; expected latency, push and reset"):
         track(walk(), detector=detector)
 

@@ -108,7 +108,7 @@ def xio(data_dir):
     return recording, quietly(recording)
 
 
-def test_vicon_is_sound_and_as_accurate_as_promised(vicon):
+def test_vicon_is_sound_and_as_accurate_as_documented(vicon):
     assert len(vicon) == 28
     for recording, _, states in vicon:
         assert_sound(states, recording)
@@ -129,7 +129,7 @@ def test_carrying_the_covariance_over_several_samples_at_once_moves_the_track_by
     assert abs(np.mean(errors)) < 1e-4
 
 
-def test_openshoe_is_sound_and_closes_as_promised(openshoe):
+def test_openshoe_is_sound_and_closes_as_documented(openshoe):
     assert len(openshoe) == 7
     for recording, states in openshoe:
         assert_sound(states, recording)
@@ -137,7 +137,7 @@ def test_openshoe_is_sound_and_closes_as_promised(openshoe):
     assert np.median([horizontal_closing(states)[1] for _, states in openshoe]) <= 0.25
 
 
-def test_mpu6050_is_sound_and_closes_as_promised_where_nothing_clips(mpu6050):
+def test_mpu6050_is_sound_and_closes_as_documented_where_nothing_clips(mpu6050):
     assert len(mpu6050) == 14
     for recording, _, states in mpu6050:
         assert_sound(states, recording)
@@ -155,13 +155,13 @@ def test_mpu6050_that_clips_is_counted_and_flagged(mpu6050):
         assert (Flag.CLIPPED in states.health.flags) == at_the_end, recording.name
 
 
-def test_xio_is_sound_and_closes_as_promised(xio):
+def test_xio_is_sound_and_closes_as_documented(xio):
     recording, states = xio
     assert_sound(states, recording)
     assert horizontal_closing(states)[0] <= 0.08
 
 
-def test_xio_counts_what_is_wrong_with_its_stamps(xio):
+def test_xio_counts_defects_of_its_stamps(xio):
     recording, states = xio
     intervals = np.diff(recording.t)
     counters = states.health.counters
@@ -175,7 +175,7 @@ def test_xio_counts_what_is_wrong_with_its_stamps(xio):
         track(recording)
 
 
-def test_live_is_less_than_three_tenths_of_a_second_late_and_as_accurate_as_promised(
+def test_live_is_less_than_three_tenths_of_a_second_late_and_as_accurate_as_documented(
     vicon, openshoe, mpu6050, xio
 ):
     live = Config(detector=AdaptiveShoe.live())

@@ -83,7 +83,7 @@ class TestFilterKinds:
         assert states.health.counters.zero_angular_rate_updates == 0
 
     @pytest.mark.filterwarnings("ignore:.*not seen at rest")
-    def test_the_strapdown_alone_takes_no_notice_of_stances(self, walk):
+    def test_the_free_inertial_solution_ignores_stances(self, walk):
         recording, _ = walk
         unaided = track(
             recording, Config(filter=Filter(kind="ins")), detector=np.ones(len(recording), bool)
@@ -176,7 +176,7 @@ class TestSmoothers:
                     getattr(smoothed, column)[-1], getattr(filtered, column)[-1]
                 )
 
-    def test_what_comes_later_makes_nothing_less_certain(self, walk):
+    def test_later_data_do_not_increase_the_uncertainty(self, walk):
         recording, _ = walk
         filtered, stepwise, whole = (
             track(recording, c) for c in (STEP_BY_STEP, KINDS["stepwise"], KINDS["rts"])
@@ -184,7 +184,7 @@ class TestSmoothers:
         assert (stepwise.position_std <= filtered.position_std * (1 + 1e-9)).all()
         assert (whole.position_std <= stepwise.position_std * (1 + 1e-6) + 1e-9).all()
 
-    def test_the_velocity_in_the_swing_comes_nearer_to_the_truth(self, walks):
+    def test_the_velocity_in_the_swing_is_more_accurate(self, walks):
         def rms(config):
             return (
                 np.median(
@@ -284,7 +284,7 @@ class TestStreaming:
                     navigator.position, batch.position[k - navigator.latency]
                 )
 
-    def test_reset_begins_anew(self, walk):
+    def test_reset_restarts_the_navigator(self, walk):
         recording, _ = walk
         navigator = Navigator(KINDS["stepwise"], recording.rate_hz)
         columns = (recording.t, recording.accel, recording.gyro)
@@ -296,7 +296,7 @@ class TestStreaming:
         np.testing.assert_array_equal(first.position, second.position)
 
     @pytest.mark.parametrize("name", ["rts", "lwi", "rv"])
-    def test_what_needs_the_whole_recording_is_refused(self, name):
+    def test_settings_that_need_the_whole_recording_are_refused(self, name):
         with pytest.raises(
             ConfigError,
             match=r"needs the whole recording: use track\(\), or smoother.kind = \"stepw",
@@ -326,7 +326,7 @@ class TestFineLevelling:
             fine.append(tilt[550])
         assert np.median(fine) < 0.5 * np.median(coarse)
 
-    def test_the_walk_begins_when_it_is_over(self):
+    def test_the_walk_starts_after_it(self):
         still = np.zeros((800, 3))
         recording = Recording(np.arange(800) / 100, still + STANDING, still)
         states = track(recording, Config(alignment=Alignment(fine_duration=3.0)))
@@ -358,12 +358,12 @@ class TestAttitudeUpdates:
         states = track(recording, settings, detector=np.ones(600, bool))
         return np.abs(Rotation.from_quat(states.quaternion[-1]).as_euler("xyz")[0])
 
-    def test_both_level_what_the_velocity_alone_does_not(self):
+    def test_both_correct_a_tilt_that_the_velocity_does_not_show(self):
         assert self.tilted("none") > 0.02
         assert self.tilted("gravity") < 0.005
         assert self.tilted("iaa") < 0.005
 
-    def test_they_wait_for_gravity_alone(self):
+    def test_they_apply_only_where_the_specific_force_is_gravity(self):
         """Two m/s^2 too much are above the threshold, so nothing is observed."""
         still = np.zeros((600, 3))
         pushed = np.where(np.arange(600) <= 100, 0.0, 1.0)[:, None] * [0, 0.3, 2.0]

@@ -171,7 +171,7 @@ def test_repeated_stamps_are_counted():
     assert len(states) == len(t)
 
 
-def test_clipping_is_told_by_the_range_of_the_recording():
+def test_clipping_is_detected_by_the_range_of_the_recording():
     t, accel, gyro, _ = strides()
     full_scale = 0.9 * np.abs(gyro).max()
     clipped = np.clip(gyro, -full_scale, full_scale)
@@ -199,7 +199,7 @@ def test_a_foot_that_never_rests_again_degrades_the_walk():
     assert states.health.status is Status.DEGRADED
 
 
-def test_progress_goes_up_to_one_and_blocks_change_nothing(monkeypatch):
+def test_progress_rises_to_one_and_blocks_change_nothing(monkeypatch):
     recording = Recording(*strides()[:3])
     whole, shares = track(recording), []
     monkeypatch.setattr(footnav.tracking, "BLOCK", 100)
@@ -210,7 +210,7 @@ def test_progress_goes_up_to_one_and_blocks_change_nothing(monkeypatch):
     assert 0 < shares[0] < shares[-1] == 1.0
 
 
-def test_what_progress_raises_gets_through():
+def test_exceptions_of_progress_propagate():
     def stop(_):
         raise KeyboardInterrupt
 

@@ -215,7 +215,7 @@ def test_summary_of_a_known_walk() -> None:
     assert summary.vertical_std == pytest.approx(0.005 * np.sqrt(52))
 
 
-def test_summary_prints_what_the_user_asks_first() -> None:
+def test_summary_prints_the_main_figures() -> None:
     """Distance, closing error in m and %, strides and health are in the text."""
     text = str(dataclasses.replace(walk(name="eight"), health=HEALTH).summary())
     assert text.startswith("eight: 5,201 samples, 52.00 s at 100.0 Hz\n")

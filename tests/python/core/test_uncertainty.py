@@ -130,7 +130,7 @@ def walk():
     accel=st.floats(0.0, 0.05),
     smoother=st.sampled_from(["none", "stepwise", "rts"]),
 )
-def test_wider_uncertainty_leaves_the_track_alone(walk, shared, gyro, accel, smoother):
+def test_a_larger_uncertainty_does_not_change_the_track(walk, shared, gyro, accel, smoother):
     """What is not filtered but considered changes the standard deviations of the position and nothing else."""
     base = Config(filter=Filter(zupt_correlation=0.0), smoother=Smoother(kind=smoother))
     wide = base.replace(
@@ -146,7 +146,7 @@ def test_wider_uncertainty_leaves_the_track_alone(walk, shared, gyro, accel, smo
             )
 
 
-def test_scale_errors_widen_by_their_share_of_the_way(walk):
+def test_scale_errors_inflate_with_the_displacement(walk):
     """An accelerometer that is wrong by 2 % puts the foot 2 % of its distance from the start elsewhere."""
     states = track(walk, Config(sensor=Sensor(accel_scale_std=0.02)))
     plain = track(walk)

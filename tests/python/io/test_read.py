@@ -170,7 +170,7 @@ def test_titles_that_are_understood(text, role, unit):
         "Roll",
     ],
 )
-def test_titles_that_mean_something_else_are_left_alone(text):
+def test_titles_with_another_meaning_have_no_role(text):
     assert understand(text).role is None
 
 
@@ -228,7 +228,7 @@ def test_options_override_the_titles(write):
 @pytest.mark.parametrize("t_scale", [1, 1e3, 1e6, 1e9])
 @pytest.mark.parametrize("a_scale", [1, 1 / STANDARD_GRAVITY, 1000 / STANDARD_GRAVITY])
 @pytest.mark.parametrize("g_scale", [1, 180 / math.pi])
-def test_units_are_judged_from_a_walk(write, t_scale, a_scale, g_scale):
+def test_units_are_inferred_from_a_walk(write, t_scale, a_scale, g_scale):
     table = foot()
     scaled = table * ([t_scale] + [a_scale] * 3 + [g_scale] * 3)
     header = ["time", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"]
@@ -299,7 +299,7 @@ def test_optional_sensors(write):
     assert recording.temperature[-1] == 31.5
 
 
-def test_optional_sensor_that_makes_no_sense_is_left_out_with_a_warning(write):
+def test_optional_sensor_that_is_impossible_is_left_out_with_a_warning(write):
     lines = [f"{line},1,2,{'' if k == 4 else 3}" for k, line in enumerate(lines_of(foot()))]
     path = write([",".join([*HEADER, "mx", "my", "mz"]), *lines])
     with pytest.warns(

@@ -42,7 +42,7 @@ def outcomes(
     return {(outcome.experiment.title, outcome.approach.name): outcome for outcome in found}
 
 
-def test_p1_keeps_to_its_limit_and_diverges_unaided() -> None:
+def test_p1_is_within_its_limit_and_diverges_unaided() -> None:
     """A calibrated sensor, both routes.
 
     More walks than elsewhere, since a median of three is none.
@@ -79,7 +79,7 @@ def test_p3_the_corrections_help_dead_reckoning_and_not_the_filter() -> None:
         assert abs(median[corrected] - median["KF"]) < 5
 
 
-def test_p3_clipping_is_what_ruins_dead_reckoning() -> None:
+def test_p3_clipping_invalidates_dead_reckoning() -> None:
     """Kilometres, as in the paper; the filter errs by far less."""
     found = outcomes("P3", lambda experiment: experiment.title.endswith("lift, clipped"), seeds=1)
     figures = {approach: outcome.median for (_, approach), outcome in found.items()}
@@ -87,7 +87,7 @@ def test_p3_clipping_is_what_ruins_dead_reckoning() -> None:
     assert figures["KF"] < figures["DR"] / 20
 
 
-def test_p4_keeps_to_its_limit() -> None:
+def test_p4_is_within_its_limit() -> None:
     """All three routes with a sensor that holds the foot's motion."""
     found = outcomes("P4", lambda experiment: "clipped" not in experiment.title, seeds=SEEDS)
     assert len(found) == 3
@@ -96,7 +96,7 @@ def test_p4_keeps_to_its_limit() -> None:
         assert outcome.median <= 2.0
 
 
-def test_the_way_indoors_ends_where_it_began_after_six_minutes() -> None:
+def test_the_indoor_route_is_closed_and_takes_six_minutes() -> None:
     """By stairs up, by lift down."""
     walks = abdulrahim.experiments()[0].walks
     walk = walks.load(0)
@@ -211,7 +211,7 @@ def test_rows_of_the_command(
         (["--paper", "P3", "--data", "nowhere"], 1, "openshoe: no recordings (*.npz) there"),
     ],
 )
-def test_misuse_is_said(
+def test_misuse_is_reported(
     arguments: list[str], status: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In one line, before anything is run."""
@@ -239,7 +239,7 @@ def test_a_picture_of_an_experiment(tmp_path: Path) -> None:
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
-def test_rows_survive_being_written(tmp_path: Path) -> None:
+def test_rows_are_written(tmp_path: Path) -> None:
     """And an experiment that was skipped has nothing but a note."""
     row = Row.skipped("P3", "real", "why")
     write_json([row], tmp_path / "rows.json")
