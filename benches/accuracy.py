@@ -1,4 +1,4 @@
-"""What each ingredient of the default configuration is worth.
+"""Effect of each ingredient of the default configuration.
 
 ``python benches/accuracy.py --data DIR [OPTIONS]``.
 

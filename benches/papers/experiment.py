@@ -1,4 +1,4 @@
-"""What an experiment is.
+"""Experiments: walks, approaches and figures.
 
 Walks, the approaches that are tried on them, and the figure that the paper gives for each.
 """
@@ -31,8 +31,7 @@ JOG_DURATION = 0.9
 ZUPT_ALONE = Filter(
     zero_angular_rate=False, contact_rate=0.0, angular_rate_noise=6.0e-4, covariance_interval=0.0
 )
-"""What the filters of the papers have in common: a foot in stance has no velocity, and nothing else
-is known of it.
+"""Common settings of the papers' filters: zero-velocity updates only.
 """
 
 

@@ -27,7 +27,7 @@ TRIALS = (
 
 ZUPT = Config.preset("mti-g710").replace(
     # No rest is quiet enough, so the gyroscope's bias is not averaged at the start: the paper does
-    # not say that it was.
+    # not mention it.
     alignment=Alignment(rest_gyro_std=1e-9),
     mechanization=Mechanization(kind="first-order"),
     detector=WindowedEnergies(),

@@ -74,6 +74,7 @@ def test_without_noise_the_errors_are_recovered_exactly():
     np.testing.assert_allclose(found.gyro.matrix, gyro, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_errors_lie_within_three_of_their_sigmas():
     """Of 100 runs 95 should have all 21 numbers inside.
 
@@ -118,6 +119,7 @@ def test_an_outlier_among_the_poses_does_not_spoil_the_fit():
     np.testing.assert_allclose(np.diag(found.matrix), np.diag(true_matrices(sensor)[0]), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_calibrated_walks_close_five_times_better():
     """In the mean of four sensors.
 
@@ -523,6 +525,7 @@ def test_hard_and_soft_iron_are_recovered():
     np.testing.assert_allclose(found.bias, HARD, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_corrected_magnetometer_reads_one_strength():
     recording = magnetic(SOFT, HARD, noise=2e-7)
     corrected = calibrate_mag(recording).apply(recording)
@@ -531,6 +534,7 @@ def test_a_corrected_magnetometer_reads_one_strength():
     assert (np.abs(np.subtract(calibrate_mag(recording, field=50e-6).mag.bias, HARD)) < 1e-7).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("recording", "text"),
     [

@@ -12,7 +12,7 @@ SIX = ("+z", "-z", "+x", "-x", "+y", "-y")
 QUICK = Plan(settle=5, hold=2, tilts=3)
 
 
-def lead(poses, plan: Plan = QUICK, size: int = 7, **motion) -> tuple[Guide, list[str]]:
+def guide_through(poses, plan: Plan = QUICK, size: int = 7, **motion) -> tuple[Guide, list[str]]:
     """Go through poses; return the guide and its messages."""
     guide = Guide(plan)
     return guide, [
@@ -22,7 +22,7 @@ def lead(poses, plan: Plan = QUICK, size: int = 7, **motion) -> tuple[Guide, lis
 
 def test_all_poses_complete_the_guide():
     poses = [("+z", 6.0), *[(side, 3.0) for side in SIX[1:]], *[(tilt, 3.0) for tilt in tilts(3)]]
-    guide, messages = lead(poses)
+    guide, messages = guide_through(poses)
     assert messages == [f"Done: {side} up." for side in SIX] + [
         f"Done: tilt {k}." for k in (1, 2, 3)
     ]
@@ -36,7 +36,7 @@ def test_the_usual_plan_can_be_followed():
         *[(side, 4.0) for side in SIX if side != "-y"],
         *[(tilt, 4.0) for tilt in tilts(12)],
     ]
-    guide, messages = lead(poses, Plan())
+    guide, messages = guide_through(poses, Plan())
     assert guide.stage is Stage.DONE
     assert len(messages) == 18
 
@@ -44,8 +44,8 @@ def test_the_usual_plan_can_be_followed():
 @pytest.mark.parametrize("size", [1, 3, 40, 5000])
 def test_blocks_of_any_size_give_the_same(size):
     poses = [("+z", 6.0), ("+x", 1.0), ("+y", 3.0), ("+z", 3.0), ("-x", 3.0)]
-    guide, messages = lead(poses, size=size)
-    reference, expected = lead(poses)
+    guide, messages = guide_through(poses, size=size)
+    reference, expected = guide_through(poses)
     assert messages == expected
     assert (guide.stage, guide.sides, guide.held) == (
         reference.stage,
@@ -55,19 +55,19 @@ def test_blocks_of_any_size_give_the_same(size):
 
 
 def test_every_stage_has_an_instruction():
-    guide, _ = lead([("+z", 2.0)])
+    guide, _ = guide_through([("+z", 2.0)])
     assert guide.stage is Stage.SETTLE
     assert guide.instruction.startswith(
         "Place the sensor on a firm table, one side flat, and do not touch it for 5 s"
     )
-    guide, _ = lead([("+z", 6.0)])
+    guide, _ = guide_through([("+z", 6.0)])
     assert guide.stage is Stage.PLACE
     assert guide.instruction == "Turn it until +x points up (remaining: +x, -x, +y, -y, -z)."
-    guide, _ = lead([("+z", 6.0), ("-y", 1.5)])
+    guide, _ = guide_through([("+z", 6.0), ("-y", 1.5)])
     assert guide.stage is Stage.HOLD
     assert guide.up == "-y"
     assert guide.instruction == "Do not touch it: -y up."
-    guide, _ = lead([("+z", 6.0), *[(side, 3.0) for side in SIX[1:]]])
+    guide, _ = guide_through([("+z", 6.0), *[(side, 3.0) for side in SIX[1:]]])
     assert guide.instruction == "Tilt it to a new angle: tilt 1 of 3."
 
 
@@ -80,7 +80,7 @@ def test_progress_falls_only_when_a_pose_is_interrupted():
 
 
 def test_moved_too_early():
-    guide, messages = lead([("+z", 6.0), ("+x", 1.3), ("-x", 3.0)])
+    guide, messages = guide_through([("+z", 6.0), ("+x", 1.3), ("-x", 3.0)])
     assert messages[0] == "Done: +z up."
     assert messages[1].startswith("Moved too early: 1.")
     assert messages[1].endswith(" s of 2 s.  Repeat the pose.")
@@ -89,7 +89,7 @@ def test_moved_too_early():
 
 
 def test_the_initial_rest_restarts_when_it_is_disturbed():
-    guide, messages = lead([("+z", 3.0), ("+z", 3.0)])
+    guide, messages = guide_through([("+z", 3.0), ("+z", 3.0)])
     assert messages[0].startswith("Moved too early: ")
     assert messages[0].endswith("of 5 s.  Repeat the pose.")
     assert guide.stage is Stage.SETTLE
@@ -97,12 +97,12 @@ def test_the_initial_rest_restarts_when_it_is_disturbed():
 
 
 def test_an_impact_as_it_is_placed_gives_no_message():
-    _, messages = lead([("+z", 6.0), ("+x", 0.4), ("+x", 3.0)])
+    _, messages = guide_through([("+z", 6.0), ("+x", 0.4), ("+x", 3.0)])
     assert messages == ["Done: +z up.", "Done: +x up."]
 
 
 def test_a_side_that_is_repeated_is_named_once():
-    guide, messages = lead([("+z", 6.0), ("+x", 3.0), ("+x", 4.0)])
+    guide, messages = guide_through([("+z", 6.0), ("+x", 3.0), ("+x", 4.0)])
     assert messages[:2] == ["Done: +z up.", "Done: +x up."]
     assert [
         message for message in messages[2:] if message.startswith("Repeated: this is +x")
@@ -120,26 +120,26 @@ def test_a_tilt_that_is_repeated_is_named():
         (again, 3.0),
         ("-y", 3.0),
     ]
-    guide, messages = lead(poses)
+    guide, messages = guide_through(poses)
     assert messages[-2].startswith("Repeated: this is tilt 1, within ")
     assert messages[-1].startswith("Repeated: this is -y")
     assert guide.tilts == 1
 
 
 def test_a_side_that_is_not_squarely_up_is_refused():
-    guide, messages = lead([("+z", 6.0), ((1, 0.5, 0), 3.0)])
+    guide, messages = guide_through([("+z", 6.0), ((1, 0.5, 0), 3.0)])
     assert messages[1].startswith("No side is up: +x is off by 2")
     assert guide.sides == ("+z",)
 
 
 def test_the_pose_that_is_done_does_not_count_again():
-    guide, messages = lead([("+z", 30.0)])
+    guide, messages = guide_through([("+z", 30.0)])
     assert messages == ["Done: +z up."]
     assert guide.stage is Stage.PLACE
 
 
 def test_a_sensor_in_a_hand_is_not_at_rest():
-    guide, messages = lead([("+z", 6.0)], noise=8.0)
+    guide, messages = guide_through([("+z", 6.0)], noise=8.0)
     assert (guide.held, messages) == (0.0, [])
 
 

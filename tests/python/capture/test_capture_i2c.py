@@ -18,7 +18,7 @@ def source_of(chip: FakeMpu6050, setup: Setup | None = None, address: int = 0x68
 def read_seconds(
     source: I2cSource, chip: FakeMpu6050, seconds: float, pause: float = 0.0
 ) -> list[Block]:
-    """Read for a time of the host, with a pause after each look."""
+    """Read for a time of the host, with a pause after each read."""
     end, blocks = chip.now + seconds, []
     while chip.now < end:
         blocks += source.read()

@@ -97,6 +97,7 @@ def test_a_rate_that_the_chip_does_not_have_names_the_nearest():
 # Damage
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, len(b"".join(LINES))), max_size=8))
 def test_cutting_the_bytes_changes_nothing(cuts):
     data = b"".join(LINES)
@@ -109,7 +110,7 @@ damage = st.lists(
 )
 
 
-def harm(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
+def corrupt(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
     """Replace stretches of the bytes by others, longer or shorter."""
     for place, length, garbage in damages:
         start = int(place * len(data))
@@ -117,7 +118,7 @@ def harm(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
     return data
 
 
-def sound_ends(data: bytes) -> set[bytes]:
+def valid_ends(data: bytes) -> set[bytes]:
     """Find the lines whose checksum is right, independently of the decoder."""
     ends = (line[-45:] for line in data.replace(b"\r\n", b"\n").split(b"\n"))
     return {
@@ -127,14 +128,15 @@ def sound_ends(data: bytes) -> set[bytes]:
     }
 
 
+@pytest.mark.slow
 @given(damage, st.integers(1, 50))
 def test_corrupt_lines_give_no_sample_and_later_ones_are_read(damages, size):
-    data = harm(b"".join(LINES), damages)
+    data = corrupt(b"".join(LINES), damages)
     decoder, counts = decode(*(data[k : k + size] for k in range(0, len(data), size)))
-    sound = {struct.unpack(">7h", bytes.fromhex(end[13:-4].decode())) for end in sound_ends(data)}
+    sound = {struct.unpack(">7h", bytes.fromhex(end[13:-4].decode())) for end in valid_ends(data)}
     assert set(counts) <= sound
     assert len(counts) + decoder.losses.unscaled == len(
-        [*filter(None, map(sound_end_of, data.split(b"\n")[:-1]))]
+        [*filter(None, map(valid_end_of, data.split(b"\n")[:-1]))]
     )
     later = [
         sample.counts
@@ -144,8 +146,8 @@ def test_corrupt_lines_give_no_sample_and_later_ones_are_read(damages, size):
     assert later == numbered(3, 100)
 
 
-def sound_end_of(line: bytes) -> bytes | None:
-    return next(iter(sound_ends(line)), None)
+def valid_end_of(line: bytes) -> bytes | None:
+    return next(iter(valid_ends(line)), None)
 
 
 def test_every_wrong_character_is_found():
@@ -335,6 +337,7 @@ def test_the_example_in_the_guide_is_a_line():
     assert all(close(example[:-4]).decode().strip() == example for example in examples)
 
 
+@pytest.mark.slow
 def test_the_sketch_sends_every_sample_across_the_wrap_of_its_clock(board):
     decoder = Decoder()
     samples = decoder.feed(board("sound", 2**32 - 2_000_000, 4.0))

@@ -1,6 +1,6 @@
 """The serial source.
 
-On a pseudo-terminal, with a scripted port, and what it says when nothing good comes.
+On a pseudo-terminal and with a scripted port, including its faults.
 """
 
 import itertools
@@ -111,7 +111,7 @@ def test_a_walk_comes_through_a_port(terminal):
     np.testing.assert_allclose(recording.accel, kept[:, :3] * 16 * 9.80665 / 32768)
     np.testing.assert_allclose(recording.gyro, np.radians(kept[:, 4:] * 2000 / 32768))
     np.testing.assert_allclose(recording.temperature, -2160 / 340 + 36.53)
-    # Three seconds of stamps came in an instant: the host has no say in them then.
+    # Three seconds of stamps arrived at once: the host's clock does not affect them.
     np.testing.assert_allclose(np.diff(recording.t)[:98], INTERVAL, rtol=1e-9)
     assert recording.t[99] - recording.t[98] == pytest.approx(2 * INTERVAL)
 
@@ -193,7 +193,7 @@ def test_the_port_is_closed_at_the_end():
 # Time
 
 
-def paced(
+def real_time_lines(
     samples: int,
     rate: float = 1.0,
     late: Callable[[int], float] = lambda _: 0.0,
@@ -209,25 +209,28 @@ def paced(
     return [(at, header), *pieces]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.996, 1.0, 1.004])
 def test_the_host_disciplines_a_cheap_clock(rate):
     rng = np.random.default_rng(3)
     delays = rng.uniform(0.001, 0.017, 4000)
-    source = source_of(*paced(4000, rate, lambda k: delays[k]))
+    source = source_of(*real_time_lines(4000, rate, lambda k: delays[k]))
     t = np.concatenate([block.t for block in read_samples(source, 4000)])
     assert (t[-1] - t[2000]) / (INTERVAL * 1999) == pytest.approx(1, abs=3e-4)
-    # No interval is stretched by a piece that came early or late.
+    # The arrival time of a piece does not change an interval.
     np.testing.assert_allclose(np.diff(t), INTERVAL, rtol=0.01)
 
 
 def test_a_host_that_is_busy_for_a_while_does_not_bend_time():
-    source = source_of(*paced(4000, late=lambda k: 0.5 if 2000 <= k < 2100 else 0.004))
+    source = source_of(*real_time_lines(4000, late=lambda k: 0.5 if 2000 <= k < 2100 else 0.004))
     t = np.concatenate([block.t for block in read_samples(source, 4000)])
     np.testing.assert_allclose(np.diff(t), INTERVAL, rtol=1e-3)
 
 
 def test_the_host_clock_gives_the_duration_of_a_restart():
-    source = source_of(*paced(200, stamp=7_000_000), *paced(200, stamp=100_000, at=3.0))
+    source = source_of(
+        *real_time_lines(200, stamp=7_000_000), *real_time_lines(200, stamp=100_000, at=3.0)
+    )
     blocks = read_samples(source, 400)
     t = np.concatenate([block.t for block in blocks])
     assert source.losses == LossCounters(restarts=1)

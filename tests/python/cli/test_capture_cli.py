@@ -36,12 +36,12 @@ COMPLETE = [
 
 
 @dataclass
-class Given:
+class ScriptedSource:
     """A source that gives blocks, and then raises."""
 
     blocks: Iterator[Block]
     end: BaseException
-    name: str = "given"
+    name: str = "scripted"
     losses: LossCounters = field(default_factory=LossCounters)
 
     def read(self) -> list[Block]:
@@ -51,8 +51,10 @@ class Given:
         return [block]
 
 
-def given(poses, end: BaseException | None = None, losses: LossCounters | None = None) -> Given:
-    return Given(
+def scripted(
+    poses, end: BaseException | None = None, losses: LossCounters | None = None
+) -> ScriptedSource:
+    return ScriptedSource(
         blocks(counts(poses)),
         end or AssertionError("the capture did not end"),
         losses=losses or LossCounters(),
@@ -130,7 +132,7 @@ def test_poses_are_recorded_at_a_port(board, capsys):
 
 
 def test_ctrl_c_ends_a_capture_and_the_samples_are_saved(capsys):
-    source = given([("+z", 1.5)], KeyboardInterrupt(), LossCounters(missing=7, broken=2))
+    source = scripted([("+z", 1.5)], KeyboardInterrupt(), LossCounters(missing=7, broken=2))
     assert capture(source, Path("walk.npz")) == 0
     assert capsys.readouterr().out.startswith(
         "walk.npz: 300 samples, 1.50 s at 200 Hz, 7 missing, 2 broken\n"
@@ -139,23 +141,25 @@ def test_ctrl_c_ends_a_capture_and_the_samples_are_saved(capsys):
 
 
 def test_an_unplugged_device_ends_a_capture_and_the_samples_are_saved(capsys):
-    assert capture(given([("+z", 3.0)], DataError("given disappeared")), Path("walk.csv")) == 1
+    assert (
+        capture(scripted([("+z", 3.0)], DataError("scripted disappeared")), Path("walk.csv")) == 1
+    )
     streams = capsys.readouterr()
-    assert streams.err == "footnav: given disappeared\n"
+    assert streams.err == "footnav: scripted disappeared\n"
     assert len(footnav.read("walk.csv")) == 600
 
 
 def test_a_capture_that_fails_at_once_leaves_nothing(folder):
-    with pytest.raises(DataError, match="given disappeared"):
-        capture(given([("+z", 1.0)], DataError("given disappeared")), Path("walk.csv"))
-    with pytest.raises(DataError, match="given: 0 samples arrived"):
-        capture(given([("+z", 0.0)], KeyboardInterrupt()), Path("walk.csv"))
+    with pytest.raises(DataError, match="scripted disappeared"):
+        capture(scripted([("+z", 1.0)], DataError("scripted disappeared")), Path("walk.csv"))
+    with pytest.raises(DataError, match="scripted: 0 samples arrived"):
+        capture(scripted([("+z", 0.0)], KeyboardInterrupt()), Path("walk.csv"))
     assert list(folder.iterdir()) == []
 
 
 def test_all_poses_are_recorded_and_the_next_step_named(capsys):
     raw = counts(COMPLETE)
-    assert capture_poses(given(COMPLETE), Path("poses.npz"), QUICK) == 0
+    assert capture_poses(scripted(COMPLETE), Path("poses.npz"), QUICK) == 0
     streams = capsys.readouterr()
     assert streams.out.endswith("next: footnav calibrate accel poses.npz\n")
     assert streams.err.startswith("Place the sensor on a firm table")
@@ -167,11 +171,11 @@ def test_all_poses_are_recorded_and_the_next_step_named(capsys):
 
 
 def test_poses_that_are_missing_are_named_and_the_recording_kept(capsys):
-    assert capture_poses(given(COMPLETE[:4], KeyboardInterrupt()), Path("poses.csv"), QUICK) == 1
+    assert capture_poses(scripted(COMPLETE[:4], KeyboardInterrupt()), Path("poses.csv"), QUICK) == 1
     error = capsys.readouterr().err.splitlines()[-1]
     assert error == "footnav: poses.csv is not complete: +y, -y and 1 of 1 tilts are missing"
     assert len(footnav.read("poses.csv")) > 1000
-    assert capture_poses(given(COMPLETE[:6], KeyboardInterrupt()), Path("tilt.csv"), QUICK) == 1
+    assert capture_poses(scripted(COMPLETE[:6], KeyboardInterrupt()), Path("tilt.csv"), QUICK) == 1
     assert "no side and 1 of 1 tilts" in capsys.readouterr().err
 
 
@@ -182,7 +186,7 @@ def test_the_status_line_shows_rate_losses_and_rest():
         update = staticmethod(shown.append)
 
     display = CaptureDisplay(
-        given([("+z", 0.0)], losses=LossCounters(missing=3)), StatusLine(), 100
+        scripted([("+z", 0.0)], losses=LossCounters(missing=3)), StatusLine(), 100
     )
     for block in blocks(counts([("+z", 3.0), ("+x", 0.4)])):
         display.process(block)

@@ -157,7 +157,7 @@ def test_alignment_can_be_undone(align: str) -> None:
 
 
 def test_walk_on_the_spot_is_aligned_with_a_warning() -> None:
-    """There is no sample 0.8 m away; the farthest one is taken, and said."""
+    """There is no sample 0.8 m away; the farthest one is used, with a warning."""
     traj = walk(10, 50)
     small = dataclasses.replace(traj, position=traj.position * 0.05)
     with pytest.warns(FootnavWarning, match=r"stays within 0\.\d\d m .*umeyama-yaw"):
@@ -205,7 +205,7 @@ def test_truth_is_never_extrapolated() -> None:
     ],
 )
 def test_truth_that_does_not_fit_is_refused(truth: Any, message: str) -> None:
-    """The message says what is wrong with it."""
+    """The message names the error."""
     traj = walk(10, 50)
     assert len(traj) == 801
     with pytest.raises(DataError, match=message):

@@ -45,10 +45,10 @@ def assert_same(a: Strides, b: Strides) -> None:
 
 def test_the_filter_finds_what_is_found_in_the_rows(tracked: Trajectory) -> None:
     """One rule for a stream, for a batch and for a finished track."""
-    anew = find_strides(tracked.t, tracked.position, tracked.quaternion, tracked.zero_velocity)
-    assert len(anew) > 12
-    assert anew.covariance is None
-    assert_same(dataclasses.replace(tracked.strides, covariance=None), anew)
+    computed = find_strides(tracked.t, tracked.position, tracked.quaternion, tracked.zero_velocity)
+    assert len(computed) > 12
+    assert computed.covariance is None
+    assert_same(dataclasses.replace(tracked.strides, covariance=None), computed)
 
 
 def test_covariance_of_a_stride_is_one(tracked: Trajectory) -> None:
@@ -63,7 +63,7 @@ def test_covariance_of_a_stride_is_one(tracked: Trajectory) -> None:
 
 
 def test_strides_are_not_kept_unasked(recording: Recording) -> None:
-    """The default track has the same strides without covariance, and a stream says what to set."""
+    """The default track has the same strides without covariance, and a stream raises."""
     assert track(recording).strides.covariance is None
     with pytest.raises(ConfigError, match=r"strides are not kept: set output\.strides = true"):
         Navigator().strides()
@@ -92,7 +92,7 @@ def test_events_of_a_stream_are_the_strides_of_the_batch(
 
 
 def test_reset_forgets_the_strides(recording: Recording, tracked: Trajectory) -> None:
-    """A second walk begins with none, and counts its rows anew."""
+    """A second walk starts with none, and counts its rows from zero."""
     navigator = Navigator(KEPT, rate_hz=recording.rate_hz)
     navigator.push_block(recording.t[:1200], recording.accel[:1200], recording.gyro[:1200])
     navigator.reset()

@@ -10,6 +10,8 @@ import pytest
 
 import footnav
 
+pytestmark = pytest.mark.slow
+
 NEEDED = {"msgspec", "numpy"}
 TERMINAL = {"cyclopts", "rich"}
 OTHERS = {"gpxpy", "matplotlib", "pyarrow", "pymap3d", "scipy", "serial", "smbus2", "yaml"}

@@ -19,7 +19,7 @@ from footnav.detectors import GraphTheoretic
 from footnav.simulation import SensorErrors
 
 PATIENCE = 60.0
-"""s; after this long a test that nobody interrupts fails."""
+"""s; a test without an interrupt fails after this time."""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def walk():
 def interrupt_as_it_begins(monkeypatch, name):
     """Let control-C be pressed just before the core begins, and return a list of what it completed nevertheless.
 
-    All of it is one call of the interpreter, which has no chance to look at the keyboard itself.
+    All of it is one call of the interpreter, which cannot check for interrupts itself.
     """
     complete, core = [], getattr(_core, name)
 
@@ -89,14 +89,14 @@ def test_a_smoother_is_cancelled_in_its_backward_pass(walk):
 
 @pytest.fixture
 def endless(monkeypatch):
-    """Let all recordings but those named "short" take for ever, or until their thread is told to end.
+    """Let all recordings but those named "short" run until their thread is cancelled.
 
-    Returns an event that says that one has begun, one that says that it has ended, and a list of
+    Returns events for the start and for the end of one, and a list of
     those that have not.
     """
     begun, ended, given_up = threading.Event(), threading.Event(), []
 
-    def track_for_ever(recording, config, *, progress):
+    def track_endlessly(recording, config, *, progress):
         if recording.name == "short":
             return track(recording)
         begun.set()
@@ -108,7 +108,7 @@ def endless(monkeypatch):
         finally:
             ended.set()
 
-    monkeypatch.setattr(footnav.many, "track_quietly", track_for_ever)
+    monkeypatch.setattr(footnav.many, "track_quietly", track_endlessly)
     return begun, ended, given_up
 
 

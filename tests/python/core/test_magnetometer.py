@@ -278,7 +278,7 @@ def test_only_a_kalman_filter_takes_a_heading():
 def test_tracks_of_other_fields_are_kept_apart(walk, tmp_path):
     fields = (with_field(walk), with_field(walk, strength=1 + 0.2 * between(walk, 60, 70)))
     resumed = [
-        [outcome.resumed for outcome in track_many(fields, config, folder=tmp_path)]
+        [result.resumed for result in track_many(fields, config, folder=tmp_path)]
         for config in (HELD, HELD, Config())
     ]
     assert resumed[:2] == [[False, False], [True, True]]
@@ -286,8 +286,8 @@ def test_tracks_of_other_fields_are_kept_apart(walk, tmp_path):
 
 def test_the_health_counts_magnetic_updates(walk):
     used, rejected = counts(track(with_field(walk), HELD))
-    told = str(track(with_field(walk), HELD).health)
-    assert f"{used:,} magnetic updates ({rejected:,} rejected)." in told
+    described = str(track(with_field(walk), HELD).health)
+    assert f"{used:,} magnetic updates ({rejected:,} rejected)." in described
     assert "magnetic" not in str(track(walk[0]).health)
 
 

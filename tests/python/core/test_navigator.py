@@ -44,7 +44,7 @@ CONFIGS = {
 def walk():
     """Return stamps, specific force and angular rate of rest, four swings of a foot, and rest, with white noise.
 
-    Exact in single precision, so that the same walk can come in as float32.
+    Exact in single precision, so that the same walk can be given as float32.
     """
     t = np.arange(750) / 128 * 1.28
     swing = np.sin(np.pi * np.clip((t - 2) % 1.0 / 0.5, 0, 1)) * ((t > 2) & (t < 6))
@@ -85,7 +85,7 @@ def in_blocks(navigator, samples, cuts):
 
 
 def push_all(navigator, samples):
-    """Push sample by sample; return what each push said and the state that was newest after it."""
+    """Push sample by sample; return the result of each push and the newest state after it."""
     rows = np.column_stack(samples).tolist()
     return [
         (navigator.push(*row), navigator.t, navigator.position, navigator.quaternion)
@@ -109,6 +109,7 @@ def batch():
         return {name: track(Recording(*samples), config) for name, config in CONFIGS.items()}
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 744), max_size=12), st.sampled_from(sorted(CONFIGS)))
 @example([], "default")
 @example([0, 0, 744, 744], "default")
@@ -497,7 +498,7 @@ def eager_threads():
 def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
     """One pushes the walk and tries again when it is turned away.
 
-    The other looks, and pushes what must be refused.
+    The other reads, and pushes samples that must be refused.
     """
     samples = walk()
     expected = in_blocks(Navigator(rate_hz=RATE), samples, [])
@@ -543,7 +544,7 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
 
 
 def test_a_concurrent_call_raises_and_changes_nothing():
-    """A detector that looks at its own navigator stands for the other thread.
+    """A detector that reads its own navigator takes the place of the other thread.
 
     It always comes at the wrong moment.
     """
@@ -575,6 +576,7 @@ def test_a_concurrent_call_raises_and_changes_nothing():
     assert navigator.health.counters.samples == 5
 
 
+@pytest.mark.slow
 def test_the_portable_kernel_gives_the_same_track():
     """The kernel is chosen once per process, so the other one runs in a process of its own."""
     program = (

@@ -63,7 +63,7 @@ class Energy:
 
 
 class Scripted:
-    """Answers what it is told to, whatever the samples."""
+    """Gives scripted decisions for any samples."""
 
     def __init__(self, answers, latency=0):
         self.answers, self.latency, self.pushed = answers, latency, 0

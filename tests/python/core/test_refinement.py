@@ -144,12 +144,12 @@ class TestCorrections:
         np.testing.assert_allclose(states.position[1:] - states.position[0], way, atol=1e-9)
 
     def test_nothing_is_wrong_nothing_is_changed(self):
-        """An ideal sensor told of stances without motion: the residual velocities are rounding."""
+        """An ideal sensor with given stances at rest: the residual velocities are rounding."""
         still = np.zeros((600, 3))
         recording = Recording(np.arange(600) / 100, still + STANDING, still)
-        told = (np.arange(600) // 50) % 2 == 0
+        stances = (np.arange(600) // 50) % 2 == 0
         for kind in ("lwi", "rv"):
-            states = track(recording, dead_reckoning(kind), detector=told)
+            states = track(recording, dead_reckoning(kind), detector=stances)
             assert np.abs(states.position).max() < 1e-12
 
     def test_the_velocity_in_stance_has_no_mean(self, walk):

@@ -92,6 +92,7 @@ def test_turn_is_wrapped(yaw: float, turn: float, sign: int) -> None:
     )
 
 
+@pytest.mark.slow
 @given(
     flags=st.lists(st.tuples(st.booleans(), st.integers(1, 15)), max_size=12),
     rate_hz=st.sampled_from([100, 200, 397]),

@@ -1,6 +1,6 @@
 """Batch tracking.
 
-What it promises of rows, errors and warnings, and the physics that the track must obey.
+Rows, errors and warnings, and the physics of the track.
 """
 
 import warnings
@@ -90,7 +90,7 @@ directions = (
 )
 
 
-# What track() promises
+# Interface of track()
 
 
 @pytest.mark.parametrize("n", [129, 200, 500])
@@ -449,7 +449,7 @@ def test_a_push_gives_the_displacement_that_it_is_the_second_integral_of(
     """Within five sigma of what the accelerometer's noise adds up to over the push and the alignment.
 
     Along an incline the specific force of a push without rotation may for a while have the
-    magnitude of gravity, which no inertial sensor can tell from standing on a slope.  The example
+    magnitude of gravity, which no inertial sensor can distinguish from rest on a slope.  The example
     brakes with twice gravity on its way up.
     """
     rate, duration, sensor = 200.0, 0.5, Sensor()

@@ -73,7 +73,7 @@ def assert_same(a: Trajectory, b: Trajectory) -> None:
 
 
 def test_arrays_are_read_only_copies() -> None:
-    """Neither the track nor the array that it came from can change the other."""
+    """Neither the track nor the array of its construction can change the other."""
     traj = walk(2)
     t = traj.t.copy()
     copy = dataclasses.replace(traj, t=t)
@@ -152,7 +152,7 @@ def test_any_cut_concatenates_to_the_whole(cuts: list[int]) -> None:
 
 
 def test_health_belongs_to_the_whole_run() -> None:
-    """A part has none; the last part speaks for what is joined."""
+    """A part has none; a concatenation has that of the last part."""
     traj = dataclasses.replace(walk(2), health=HEALTH)
     head, tail = traj[:10], dataclasses.replace(traj[10:], health=HEALTH)
     assert head.health is None

@@ -70,6 +70,7 @@ def normalized_error(seed):
     return error / states.position_std[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::footnav.FootnavWarning")
 def test_normalized_error_squared_of_200_walks_lies_in_its_chi_square_band():
     """The mean of 200 sums of three squares, between the 2.5 % and the 97.5 % point of chi-square with 600 degrees."""

@@ -233,7 +233,7 @@ def test_places_on_earth(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
 
 @pytest.mark.parametrize("suffix", GEOGRAPHIC)
 def test_missing_origin_is_reported(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
-    """The walk is put at latitude 0, longitude 0, with a warning that tells the cure."""
+    """Latitude 0, longitude 0 is assumed, with a warning that names the remedy."""
     path = tmp_path / f"walk{suffix}"
     with pytest.warns(FootnavWarning, match=r"output\.origin .*save\(\.\.\., origin="):
         dataclasses.replace(traj, origin=None).save(path)
@@ -464,7 +464,7 @@ def test_folder_without_permission_is_named(
 
 
 def test_permissions_and_links_are_kept(traj: Trajectory, tmp_path: Path) -> None:
-    """A private file stays private, and a link goes on pointing at its target."""
+    """Permissions of a file stay, and a link still points at its target."""
     target, link = tmp_path / "target.csv", tmp_path / "link.csv"
     target.write_text("old")
     target.chmod(0o600)

@@ -54,7 +54,7 @@ def assert_is(recording, table, rtol=1e-15):
     np.testing.assert_allclose(recording.gyro, table[:, 4:7], rtol=rtol, atol=1e-300)
 
 
-# --- what a table of numbers may look like
+# --- forms of a table of numbers
 
 
 def test_canonical_file_is_read_exactly(write):
@@ -678,7 +678,7 @@ ROTATIONS = ["x,y,z", "y,-x,z", "-x,-y,z", "z,x,y", "-z,y,x", "x,-z,y", "-y,-z,x
 
 
 @st.composite
-def dressed(draw):
+def formatted_table(draw):
     """Draw samples and one way of writing them down.
 
     Lines of text, options, and what must come back.
@@ -716,8 +716,9 @@ def turn(axes, vectors):
     return np.column_stack([sign * vectors[:, k] for sign, k in signs])
 
 
+@pytest.mark.slow
 @settings(deadline=None)
-@given(case=dressed())
+@given(case=formatted_table())
 def test_any_unit_delimiter_and_order_reads_back(tmp_path_factory, case):
     lines, options, table = case
     path = tmp_path_factory.mktemp("read") / "random.csv"

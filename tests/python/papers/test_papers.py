@@ -17,6 +17,8 @@ from papers.picture import draw
 from papers.report import Row, write_json
 from papers.run import Outcome, run
 
+pytestmark = pytest.mark.slow
+
 SEEDS = 3
 KEYS = {
     "reference": str,
@@ -174,7 +176,7 @@ def test_p2_starts_without_the_mean_of_the_gyroscope() -> None:
 def test_rows_of_the_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One for each experiment and approach, with every key; what is missing is said."""
+    """One for each experiment and approach, with every key; skipped ones have a note."""
     monkeypatch.delenv("FOOTNAV_DATA", raising=False)
     path = tmp_path / "out.json"
     assert main(["--paper", "P3", "--seeds", "1", "--json", str(path)]) == 0
