@@ -121,8 +121,8 @@ def evaluate(traj: Trajectory, truth: Truth, *, align: str = "yaw") -> Evaluatio
         interpolated linearly at `traj.t` and have to cover it.
     align : {"yaw", "umeyama-yaw", "start", "none"}
         "yaw" aligns the starts and rotates the estimate about the vertical so that the directions
-        from the start agree at its first sample that is 0.8 m away. "umeyama-yaw" rotates and
-        shifts it for the least sum of squared errors. "start" aligns the starts.
+        from the start agree at its first sample that is 0.8 m away.  "umeyama-yaw" rotates and
+        shifts it for the least sum of squared errors.  "start" aligns the starts.
 
     Returns
     -------

@@ -22,7 +22,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     Yields
     ------
     binary file
-        In the folder of the target. When the block fails it is removed, and the file at `path`
+        In the folder of the target.  When the block fails it is removed, and the file at `path`
         stays.
 
     Raises

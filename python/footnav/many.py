@@ -92,21 +92,21 @@ def track_many(
     Parameters
     ----------
     recordings : iterable of Recording or path
-        They are taken as workers become free, so a generator may have any length. A path is read by
-        the worker, so that paths and not samples are sent to other processes and machines.
+        They are taken as workers become free, so a generator may have any length.  A path is read
+        by the worker, so that paths and not samples are sent to other processes and machines.
     config : Config, optional
         Settings for all of them; the defaults need no tuning.
     executor : concurrent.futures.Executor, optional
         Workers: threads of this process unless given, one for each core, since the core releases
         the interpreter's lock while it tracks.  A ``ProcessPoolExecutor`` also reads files in
-        parallel, and dask's ``Client.get_executor()`` does so on a cluster. It is not shut down.
+        parallel, and dask's ``Client.get_executor()`` does so on a cluster.  It is not shut down.
     reader : callable
         Reads a path, such as ``functools.partial(footnav.read, format="mpu6050", accel_range=8,
         gyro_range=1000)``.
     folder : path, optional
-        Folder for the tracks as ``.npz``. A run with the same folder, settings and version of
+        Folder for the tracks as ``.npz``.  A run with the same folder, settings and version of
         footnav resumes an earlier one: recordings with the same samples, or files with the same
-        size and modification time, are not tracked again. Workers on other machines need access to
+        size and modification time, are not tracked again.  Workers on other machines need access to
         the folder.
     ordered : bool
         Whether the results are in the order of the recordings, or in the order of completion.
@@ -123,11 +123,11 @@ def track_many(
 
     Notes
     -----
-    The tracks are those of :func:`footnav.track`, to the bit. Its warnings are flags in the
+    The tracks are those of :func:`footnav.track`, to the bit.  Its warnings are flags in the
     `health` of each track.
 
     An interrupt from the keyboard, or the end of the iteration, stops the threads at their next
-    block of samples. In an executor of the caller the pending recordings are cancelled; running
+    block of samples.  In an executor of the caller the pending recordings are cancelled; running
     ones complete.
 
     Examples

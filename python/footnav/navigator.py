@@ -48,10 +48,10 @@ class Navigator(_core.Navigator):
     """Navigation of one foot, sample by sample.
 
     The numbers are those of :func:`footnav.track`, to the bit, for any division of the samples into
-    blocks. A state is output `latency` samples after its sample, because the window of the detector
-    extends into the future and a step-wise smoother waits for the end of the step; :meth:`now`
-    extrapolates the filter's newest state to the newest sample. During the alignment the states
-    stay at the origin and `health` is invalid.
+    blocks.  A state is output `latency` samples after its sample, because the window of the
+    detector extends into the future and a step-wise smoother waits for the end of the step;
+    :meth:`now` extrapolates the filter's newest state to the newest sample.  During the alignment
+    the states stay at the origin and `health` is invalid.
 
     The latency of the default is 0.625 s; with ``Config(detector=AdaptiveShoe.live())`` it is 0.275
     s, at a loss of accuracy that ``docs/accuracy.md`` quantifies.
@@ -69,7 +69,7 @@ class Navigator(_core.Navigator):
     rate_hz : float
         Nominal samples per second; sets the lengths of windows and the limit of a gap.
     detector : StanceDetector, optional
-        Takes the place of the detector that the settings name. Its exceptions propagate from
+        Takes the place of the detector that the settings name.  Its exceptions propagate from
         `push`, `push_block` and `flush`, and again until :meth:`reset`.
 
     Attributes

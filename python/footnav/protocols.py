@@ -8,9 +8,9 @@ from typing import Protocol
 class StanceDetector(Protocol):
     """A stance detector for `footnav.track`, `footnav.Navigator` and `footnav.detect`.
 
-    Any object with these three members is valid. It receives the calibrated samples one by one and
+    Any object with these three members is valid.  It receives the calibrated samples one by one and
     decides with a fixed latency: None for the first `latency` samples, and then a bool for every
-    further one. The last `latency` samples of the data, which get no decision, count as not
+    further one.  The last `latency` samples of the data, which get no decision, count as not
     stationary.
 
     An exception that it raises propagates from the call that pushed the sample, and from every

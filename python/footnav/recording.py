@@ -31,14 +31,14 @@ QUIET_WINDOW = 0.1
 class Recording:
     """Samples of one foot-mounted IMU.
 
-    Arrays are copied, converted to C-contiguous float64 and made read-only. Nothing is repaired:
+    Arrays are copied, converted to C-contiguous float64 and made read-only.  Nothing is repaired:
     unusable samples are rejected; repeated stamps and gaps are kept for
     `footnav.diagnosis.diagnose`.
 
     Parameters
     ----------
     t : array_like, shape (n,)
-        Time of each sample, s; non-decreasing. Repeated stamps and gaps are allowed.
+        Time of each sample, s; non-decreasing.  Repeated stamps and gaps are allowed.
     accel : array_like, shape (n, 3)
         Specific force along the sensor's axes, m/s^2: at rest the axis that points up reads +g.
     gyro : array_like, shape (n, 3)

@@ -74,7 +74,7 @@ class Route(Section, frozen=True, kw_only=True):
 
     @classmethod
     def rectangle(cls, length: float, width: float) -> Route:
-        """Go once around a rectangle, `length` m along x by `width` m along y, back to the start."""
+        """Go once around a rectangle, `length` m along x by `width` m along y, anticlockwise."""
         return _route("rectangle", length, width)
 
     @classmethod

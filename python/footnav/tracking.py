@@ -40,7 +40,7 @@ def track(
     Parameters
     ----------
     recording : Recording
-        The samples. Its full-scale ranges apply where the settings have none, its magnetometer if
+        The samples.  Its full-scale ranges apply where the settings have none, its magnetometer if
         the settings ask for it.
     config : Config, optional
         Settings; the defaults need no tuning.

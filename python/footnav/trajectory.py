@@ -55,7 +55,7 @@ class Trajectory:
         Whether x is east; if not, it is the direction of the foot at the start.
     filter_strides : Strides or None
         Strides of the filter with their covariance, where the settings ask for them
-        (``output.strides``). Those of a smoothed or corrected track are displacements between its
+        (``output.strides``).  Those of a smoothed or corrected track are displacements between its
         rows; their covariance is that of the filter alone, and so conservative.
 
     Raises

@@ -2,7 +2,7 @@
 
 `calibrate_accel` and `calibrate_six_position` take a recording of rests in many poses,
 `calibrate_gyro` one at rest, `calibrate_temperature` one that warms up at rest, `calibrate_mag` one
-with rotations about all axes. Each returns a `SensorCalibration`, which corrects recordings and
+with rotations about all axes.  Each returns a `SensorCalibration`, which corrects recordings and
 provides settings of the navigator.
 """
 

@@ -1,6 +1,6 @@
 """Calibration of the accelerometer from rests in many poses.
 
-At rest a correct accelerometer reads gravity in every pose. Bias, scale and misalignment are
+At rest a correct accelerometer reads gravity in every pose.  Bias, scale and misalignment are
 estimated from this condition: the first stage of D. Tedaldi, A. Pretto, E. Menegatti, "A robust
 and easy to implement method for IMU calibration without external equipments", ICRA 2014, eq. 10.
 Two choices differ from the paper.  The residual is the difference of the magnitudes, not of their

@@ -45,7 +45,7 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
     """Find the parameters with the smallest residuals.
 
     A soft L1 fit identifies the outliers, whose weight is then that of Huber (scipy's
-    `least_squares`). The given standard deviations are inflated by a common factor where the
+    `least_squares`).  The given standard deviations are inflated by a common factor where the
     residuals are larger: by their median for the limit of an outlier, and by chi-square for the
     covariance.
 

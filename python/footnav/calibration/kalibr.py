@@ -113,7 +113,7 @@ def save_kalibr(
     rate_hz : float
         Samples per second.
     calibration : SensorCalibration, optional
-        Intrinsics. The format has neither biases nor a dependence on temperature.
+        Intrinsics.  The format has neither biases nor a dependence on temperature.
     topic : str
         ROS topic.
 

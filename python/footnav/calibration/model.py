@@ -210,7 +210,7 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
         Returns
         -------
         Recording
-            The same samples, corrected. Its full scales are those of the least sensitive axis, so
+            The same samples, corrected.  Its full scales are those of the least sensitive axis, so
             that clipped samples are still at or above them.
 
         Raises
@@ -282,7 +282,7 @@ class SensorCalibration(Section, frozen=True, kw_only=True):
     def update(self, newer: SensorCalibration) -> SensorCalibration:
         """Return this calibration with the sensors of a newer one of the same device.
 
-        Where the newer one has the gyroscope's bias only, scale and misalignment stay. The
+        Where the newer one has the gyroscope's bias only, scale and misalignment stay.  The
         dependence on temperature has to be measured again: its polynomials refer to the matrix and
         the bias that are replaced.
 

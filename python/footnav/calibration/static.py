@@ -1,7 +1,7 @@
 """Rests in a recording.
 
 The detector is that of Tedaldi et al. 2014, section V-A: the variance over a sliding window,
-against a multiple of that in the rest at the start. Here the gyroscope is tested, too, and the
+against a multiple of that in the rest at the start.  Here the gyroscope is tested, too, and the
 multiple is fixed: the paper's choice by the smallest residual favours multiples with few rests.
 """
 

@@ -1,8 +1,8 @@
 """Bias and scale over the temperature of the die.
 
-The sensor is at rest while it warms up or cools down. The reading of the gyroscope is its bias. The
-reading of the accelerometer changes by its bias and, along gravity, by its scale: opposite poses
-separate the two, one pose does not.
+The sensor is at rest while it warms up or cools down.  The reading of the gyroscope is its bias.
+The reading of the accelerometer changes by its bias and, along gravity, by its scale: opposite
+poses separate the two, one pose does not.
 """
 
 from __future__ import annotations

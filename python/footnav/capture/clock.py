@@ -1,8 +1,8 @@
 """The clock of a sensor or board, disciplined by that of the host.
 
 The resonator of an Arduino is off by up to half a percent and the oscillator of an MPU6050 by more;
-the error of the distance is twice as large. The host's clock is accurate to some parts in a
-million, but data over USB or I2C arrive with a variable latency of milliseconds. The ratio of the
+the error of the distance is twice as large.  The host's clock is accurate to some parts in a
+million, but data over USB or I2C arrive with a variable latency of milliseconds.  The ratio of the
 rates is therefore estimated over the whole capture, by the two-state Kalman filter of clocks: the
 states are the host's time at the newest sample and the rate, the rate is a random walk, and the
 measurement noise is the latency.

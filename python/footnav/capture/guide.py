@@ -1,9 +1,9 @@
 """Guide through the poses of a calibration.
 
-First the sensor is at rest, which gives its noise and the bias of its gyroscope. Then each of its
+First the sensor is at rest, which gives its noise and the bias of its gyroscope.  Then each of its
 six sides is turned up, in any order, and then it is tilted to distinct angles, as Tedaldi, Pretto
 and Menegatti 2014 ("A robust and easy to implement method for IMU calibration without external
-equipments", ICRA) require. The rotations between the poses are recorded, too, because they
+equipments", ICRA) require.  The rotations between the poses are recorded, too, because they
 calibrate the gyroscope.
 
 The guide is a state machine driven by samples, without a clock or terminal output.

@@ -1,7 +1,7 @@
 """An MPU6050 on the I2C bus of a Raspberry Pi or another Linux machine.
 
 The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the times at which the
-host reads it do not affect the samples. A full FIFO drops its oldest bytes, and the rest no longer
+host reads it do not affect the samples.  A full FIFO drops its oldest bytes, and the rest no longer
 starts with a sample, so all of it is discarded and counted.
 """
 

@@ -1,7 +1,7 @@
 """Decoder of the lines that the sketch `mpu6050_stream` sends.
 
 A line is a letter, big-endian upper-case hexadecimal digits, and the CRC-16 of all characters
-before it; see the table in `docs/capture.md`. All lines of a kind have one length, so that a valid
+before it; see the table in `docs/capture.md`.  All lines of a kind have one length, so that a valid
 line is found after corrupt bytes.
 """
 

@@ -124,12 +124,12 @@ class SerialSource(CloseOnExit):
         return self._decoder.device
 
     def read(self) -> list[Block]:
-        """Return the samples that have arrived, within `POLL_INTERVAL`; more than one block after a restart.
+        """Return the samples that have arrived, within `POLL_INTERVAL`.
 
         Returns
         -------
         list of Block
-            Possibly none.
+            Possibly none; more than one after a restart.
 
         Raises
         ------

@@ -105,7 +105,7 @@ def accel(
     target: Target = HERE,
     reading: Reading = AS_FOUND,
 ) -> int:
-    """Calibrate the accelerometer from nine or more poses, and the gyroscope from the turns between.
+    """Calibrate accelerometer and gyroscope from rests in nine or more poses and turns between.
 
     Parameters
     ----------

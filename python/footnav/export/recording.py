@@ -45,7 +45,7 @@ def save_recording(recording: Samples, path: str | PathLike[str]) -> None:
     path : path
         ``.csv``: a header ``t (s),ax (m/s^2),...,gz (rad/s)`` and, where present, magnetometer,
         pressure and temperature, with their units.  A table does not hold the full scales: pass
-        them to `footnav.read` again. ``.npz``: arrays named as the attributes of the recording,
+        them to `footnav.read` again.  ``.npz``: arrays named as the attributes of the recording,
         with the full scales.
 
     Raises

@@ -35,13 +35,13 @@ def save(traj: Track, path: str | PathLike[str], **options: Any) -> None:
         The track.
     path : path
         ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned"
-        (default: `traj.frame`). ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg and
-        height where origin and heading are known. ``.npz``: everything, read back by
-        `footnav.load_trajectory`; no options. ``.geojson``, ``.gpx``, ``.kml``: latitude, longitude
-        and height; option `origin`, (latitude, longitude, height) in degrees and m (default:
-        `traj.origin`).
+        (default: `traj.frame`).  ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg
+        and height where origin and heading are known.  ``.npz``: everything, read back by
+        `footnav.load_trajectory`; no options.  ``.geojson``, ``.gpx``, ``.kml``: latitude,
+        longitude and height; option `origin`, (latitude, longitude, height) in degrees and m
+        (default: `traj.origin`).
     **options
-        Those of the format. ``.geojson`` has `stances` (bool: a point for each stance), ``.gpx``
+        Those of the format.  ``.geojson`` has `stances` (bool: a point for each stance), ``.gpx``
         has `start_time` (datetime with a time zone, that of the first sample; without it the points
         have no time).
 

@@ -33,7 +33,7 @@ def read(
     """Read a recording from a file.
 
     The format, the delimiter, the columns and the units are found in the file where they are
-    unambiguous. Otherwise the error names the option that is needed.
+    unambiguous.  Otherwise the error names the option that is needed.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ def read(
         The file.
     format : {"npz", "xio", "mpu6050", "mpu6050-pair", "csv"}, optional
         "npz": arrays t, accel, gyro and optionally mag, pressure, temperature, in SI units (mag
-        also in uT). "xio": the CSV files of x-io Technologies. "mpu6050": raw counts without a
-        header, ms, ax, ay, az, gx, gy, gz; needs both ranges. "mpu6050-pair": the same with the
-        counts of the left foot, then of the right one; needs `foot` too. "csv": a header such as
+        also in uT).  "xio": the CSV files of x-io Technologies.  "mpu6050": raw counts without a
+        header, ms, ax, ay, az, gx, gy, gz; needs both ranges.  "mpu6050-pair": the same with the
+        counts of the left foot, then of the right one; needs `foot` too.  "csv": a header such as
         footnav's own "t,ax,ay,az,gx,gy,gz", or one of many other spellings, with units such as
         "(deg/s)" or "[g]".
     rate_hz : float, optional

@@ -1,8 +1,8 @@
 """Delimited text: rows of numbers, with or without titles.
 
 Blank lines, comment lines (#), trailing delimiters, byte order marks, quotes and decimal commas
-(beside another delimiter) are supported. A truncated last line is dropped with a warning; any other
-defect is an error with its line number.
+(beside another delimiter) are supported.  A truncated last line is dropped with a warning; any
+other defect is an error with its line number.
 """
 
 import codecs
