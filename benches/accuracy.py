@@ -89,14 +89,14 @@ CONFIGURATIONS = {
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """A recording and what is known of the way.
+    """A recording and its truth.
 
     Attributes
     ----------
     group : str
         The set that it counts for.
     recording : Recording
-        What the sensor read.
+        The samples.
     truth : ndarray of shape (n, 3) or None
         Position of each sample, m; without it the walk ends where it began.
     """

@@ -22,7 +22,7 @@ PAPERS = {
     "P3": abdulrahim.experiments,
     "P4": wang_yang.experiments,
 }
-"""What makes the experiments of each paper."""
+"""Experiments of each paper."""
 
 
 def experiments_of(paper: str | None = None, data: Path | None = None) -> tuple[Experiment, ...]:

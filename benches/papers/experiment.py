@@ -37,7 +37,7 @@ ZUPT_ALONE = Filter(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walk:
-    """A recording and what is known of the truth.
+    """A recording and its truth.
 
     Attributes
     ----------
@@ -53,10 +53,10 @@ class Walk:
 
 
 class Walks(Protocol):
-    """Where the walks of an experiment come from."""
+    """Source of the walks of an experiment."""
 
     def count(self, seeds: int) -> int:
-        """Tell how many walks there are when `seeds` of each simulated one are asked for."""
+        """Return the number of walks for `seeds` of each simulated one."""
 
     def load(self, number: int) -> Walk:
         """Return one of them, by its number from 0."""
@@ -69,11 +69,11 @@ class Simulated:
     Attributes
     ----------
     route : Route
-        Where to.
+        The route.
     gait : Gait
         How.
     sensor : SensorErrors
-        With what sensor.
+        The sensor.
     rate_hz : float
         Samples per second.
     """
@@ -117,17 +117,17 @@ class Approach:
     Attributes
     ----------
     name : str
-        What to call it.
+        Name of the approach.
     config : Config
         Its settings.
     paper : float, optional
-        What the paper gives for it, in the unit of the experiment.
+        Figure of the paper, in the unit of the experiment.
     limit : float, optional
         Greatest median that agrees with the paper, in that unit.
     ranges_known : bool
         Whether the filter knows the full-scale ranges, and so which samples are clipped.
     note : str
-        What there is to know about it.
+        Remarks.
     """
 
     name: str
@@ -147,7 +147,7 @@ class Experiment:
     paper : str
         "P1" to "P4".
     title : str
-        What was walked.
+        The route and the sensor.
     walks : Walks
         The walks.
     approaches : tuple of Approach
@@ -159,7 +159,7 @@ class Experiment:
     measure : callable
         Error of a track, m.
     note : str
-        What there is to know about all of it.
+        Remarks.
     """
 
     paper: str

@@ -31,9 +31,9 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
     Parameters
     ----------
     outcomes : sequence of Outcome
-        What its approaches reached.
+        Results of its approaches.
     folder : Path
-        Where the picture goes.
+        Folder of the picture.
 
     Returns
     -------
