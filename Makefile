@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 RUST := $(shell find rust benches -name '*.rs') $(wildcard tests/rust/*.rs) Cargo.toml Cargo.lock rustfmt.toml
 PACKAGE := $(shell find python -name '*.py' -o -name '*.pyi' -o -name py.typed) pyproject.toml README.md
 
-.PHONY: demo papers test lint format rust-test python-test instructions docs bench clean
+.PHONY: demo papers test lint format settings rust-test python-test instructions docs bench clean
 
 ## Simulates an MPU6050 walk, tracks it, and leaves the results in demo/
 demo: $(VENV)/installed
@@ -50,6 +50,10 @@ format: $(VENV)/tools
 	cargo fmt
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+## Rewrites the Python settings and their reference page from the declarations in the Rust core
+settings: $(VENV)/installed
+	$(BIN)/python tools/generate_settings.py
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

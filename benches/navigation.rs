@@ -5,16 +5,12 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use footnav::config::{
-    AccelerationMagnitudeConfig, AdaptiveShoeConfig, AngularRateEnergyConfig, DetectorConfig,
-    GraphTheoreticConfig, MagnitudeDebouncedConfig, MagnitudeVarianceConfig, MovingVarianceConfig,
-    ShoeConfig, SmootherConfig, SmootherKind, ThreeConditionConfig, WindowedEnergiesConfig,
-};
+use footnav::config::{DetectorConfig, ShoeConfig, SmootherConfig, SmootherKind};
 use footnav::detectors::decide_all;
 use footnav::filter::covariance::Covariance;
 use footnav::filter::error_state::Block;
 use footnav::filter::transition::{Noise, Transition};
-use footnav::ins::strapdown::{Increments, MechanizationKind, Step, Strapdown};
+use footnav::ins::strapdown::{Increments, MechanizationKind, Strapdown, StrapdownStep};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::types::nav_state::NavState;
 use footnav::{Batch, Config, ImuSample, Navigator, track};
@@ -65,34 +61,11 @@ fn detectors(criterion: &mut Criterion) {
     let samples = samples(1);
     let mut group = criterion.benchmark_group("detector");
     group.throughput(Throughput::Elements(samples.len() as u64));
-    let detectors = [
-        ("adaptive-shoe", DetectorConfig::AdaptiveShoe(AdaptiveShoeConfig::default())),
-        ("shoe", DetectorConfig::Shoe(ShoeConfig::default())),
-        (
-            "magnitude-variance",
-            DetectorConfig::MagnitudeVariance(MagnitudeVarianceConfig::default()),
-        ),
-        ("windowed-energies", DetectorConfig::WindowedEnergies(WindowedEnergiesConfig::default())),
-        (
-            "magnitude-debounced",
-            DetectorConfig::MagnitudeDebounced(MagnitudeDebouncedConfig::default()),
-        ),
-        ("three-condition", DetectorConfig::ThreeCondition(ThreeConditionConfig::default())),
-        (
-            "angular-rate-energy",
-            DetectorConfig::AngularRateEnergy(AngularRateEnergyConfig::default()),
-        ),
-        ("moving-variance", DetectorConfig::MovingVariance(MovingVarianceConfig::default())),
-        ("graph-theoretic", DetectorConfig::GraphTheoretic(GraphTheoreticConfig::default())),
-        (
-            "acceleration-magnitude",
-            DetectorConfig::AccelerationMagnitude(AccelerationMagnitudeConfig::default()),
-        ),
-    ];
-    for (name, detector) in detectors {
+    for detector in DetectorConfig::all() {
+        let name = detector.kind();
         let config = Config { detector, ..Config::default() };
         group.bench_function(name, |bencher| {
-            bencher.iter(|| decide_all(&config, RATE, black_box(&samples)))
+            bencher.iter(|| decide_all(&config, RATE, black_box(&samples)));
         });
     }
 }
@@ -103,7 +76,7 @@ fn covariance_after_a_step() -> (Covariance, Transition, Noise) {
     for block in Block::ALL {
         p.add_variance(block, 0.01);
     }
-    let step = Step {
+    let step = StrapdownStep {
         dt: 1.0 / RATE,
         velocity_increment_n: Vector3::new(1.0, 2.0, 9.8) / RATE,
         attitude: Matrix3::identity(),

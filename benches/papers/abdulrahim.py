@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from footnav.config import Config, Correction, Sensor, Smoother
 from footnav.detectors import MagnitudeDebounced
 from footnav.errors import DataError
 from footnav.recording import Recording
+from footnav.sections import CorrectionKind
 from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
 from papers.experiment import (
     ZUPT_ALONE,
@@ -70,7 +70,7 @@ TO_LIFT = 3.0
 
 SIX = (("DR", "dr"), ("KF", "kf"))
 """Names of the filters of the six approaches, and their kinds."""
-CORRECTIONS: tuple[tuple[str, Literal["none", "lwi", "rv"]], ...] = (
+CORRECTIONS: tuple[tuple[str, CorrectionKind], ...] = (
     ("", "none"),
     ("+LWI", "lwi"),
     ("+RV", "rv"),

@@ -11,7 +11,9 @@ __all__ = [
     "Batch",
     "Columns",
     "Navigator",
+    "RestDetector",
     "__version__",
+    "alignment_rest_limits",
     "allan",
     "calibrate",
     "calibration_at",
@@ -25,7 +27,9 @@ __all__ = [
     "preset_config",
     "preset_names",
     "route",
+    "sample_flags",
     "sensor_preset",
+    "settings_schema",
     "simulate",
     "simulate_rest",
     "stances",
@@ -51,7 +55,7 @@ class Batch:
         mag: NDArray[np.float64] | None = None,
     ) -> None: ...
     def finish(
-        self, watch: Callable[[], object]
+        self, progress: Callable[[], object]
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any] | None]: ...
 
 @final
@@ -98,10 +102,27 @@ class Navigator:
     @property
     def covariance(self) -> NDArray[np.float64] | None: ...
 
+@final
+class RestDetector:
+    def __new__(cls, limits: dict[str, float], rate_hz: float) -> Self: ...
+    def push_block(
+        self, t: NDArray[np.float64], accel: NDArray[np.float64], gyro: NDArray[np.float64]
+    ) -> dict[str, NDArray[Any]]: ...
+    def finish(self) -> dict[str, NDArray[Any]]: ...
+
+def alignment_rest_limits(config: bytes) -> dict[str, float]: ...
+def sample_flags(
+    config: bytes,
+    rate_hz: float,
+    t: NDArray[np.float64],
+    accel: NDArray[np.float64],
+    gyro: NDArray[np.float64],
+) -> NDArray[np.uint16]: ...
 def default_config() -> str: ...
 def live_detector() -> str: ...
 def preset_config(name: str) -> str: ...
 def preset_names() -> list[str]: ...
+def settings_schema() -> str: ...
 def check_config(config: bytes) -> None: ...
 def gravity(config: bytes) -> float: ...
 def detect(

@@ -10,30 +10,29 @@ import numpy as np
 from footnav import _core
 from footnav.errors import ConfigError, DataError, FootnavError
 from footnav.noise import NoiseFigures, confidence_limits, fit_axis
+from footnav.noise_preconditions import CHANNELS, check_even, check_rest
 from footnav.recording import Floats, Recording
-from footnav.stillness import UNITS, check_even, check_rest
+from footnav.rest_detection import UNITS
 
-SHORTEST_USE, CLUSTERS = 10.0, 10
-"""An averaging time, s, without which no figure can be told, and the intervals of that length that it takes."""
-
-CHANNELS = tuple(f"{sensor}_{axis}" for sensor in UNITS for axis in "xyz")
+MIN_TAU, MIN_CLUSTERS = 10.0, 10
+"""Averaging time, s, that any figure needs, and the least number of clusters of that length."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class AllanDeviation:
-    """How much the means over neighbouring intervals differ, for intervals of every length.
+    """Overlapping Allan deviation of each channel.
 
     Attributes
     ----------
     taus : ndarray, shape (k,)
-        Averaging times, s: ten a decade, as long as ten intervals fit into the recording.
+        Averaging times, s: ten per decade, up to a tenth of the recording.
     deviations : ndarray, shape (k, 6)
         Overlapping Allan deviation of each channel, in its unit.
     low, high : ndarray, shape (k, 6)
-        Ends of the interval that holds the true deviation in 95 % of all recordings.
+        Limits of the 95 % confidence interval.
     degrees_of_freedom : ndarray, shape (k, 6)
-        Of each deviation (Riley and Howe, NIST SP 1065, table 5), for the noise that the slope
-        shows.
+        Of each deviation (Riley and Howe, NIST SP 1065, table 5), for the noise type that the slope
+        indicates.
     channels, units : tuple of 6 str
         "accel_x" ... "gyro_z", and "m/s^2" or "rad/s".
     duration : float
@@ -53,7 +52,7 @@ class AllanDeviation:
     name: str = ""
 
     def fit(self) -> NoiseFigures:
-        """Return what the deviations say about white noise and biases; see `footnav.noise.fit_axis`."""
+        """Return the coefficients of white noise and biases; see `footnav.noise.fit_axis`."""
         columns = zip(self.channels, self.deviations.T, self.degrees_of_freedom.T, strict=True)
         axes = tuple(
             fit_axis(channel, self.taus, deviation, freedom)
@@ -68,7 +67,7 @@ def allan(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> AllanDeviation:
-    """Measure the noise of a sensor that lies still.
+    """Measure the noise of a sensor at rest.
 
     The overlapping estimator of Riley and Howe, NIST SP 1065, eq. 11.
 
@@ -79,7 +78,7 @@ def allan(
     span : tuple of 2 floats, optional
         Stamps between which the sensor rests, s; all of the recording unless given.
     progress : callable, optional
-        Called with the share of the work that is done, 0 to 1; what it raises ends the work.
+        Called with the share of the work that is done, 0 to 1; an exception of it cancels the work.
 
     Returns
     -------
@@ -89,7 +88,7 @@ def allan(
     Raises
     ------
     ConfigError
-        A span that leaves nothing.
+        The span holds fewer than two samples.
     DataError
         The recording is too short, has gaps, or the sensor moved.
 
@@ -138,7 +137,8 @@ def _cut(recording: Recording, span: tuple[float, float]) -> Recording:
     rows = (recording.t >= start) & (recording.t <= end)
     if rows.sum() < 2:
         raise ConfigError(
-            f"span is {start:g} to {end:g} s, but the stamps go from {recording.t[0]:g} to {recording.t[-1]:g} s"
+            f"span is {start:g} to {end:g} s, but the stamps go from {recording.t[0]:g} to "
+            f"{recording.t[-1]:g} s"
         )
     temperature = None if recording.temperature is None else recording.temperature[rows]
     return Recording(
@@ -147,15 +147,16 @@ def _cut(recording: Recording, span: tuple[float, float]) -> Recording:
 
 
 def _check_length(duration: float) -> None:
-    if duration < SHORTEST_USE * CLUSTERS:
+    if duration < MIN_TAU * MIN_CLUSTERS:
         raise DataError(
-            f"{duration:.3g} s of rest are too short: averages over {SHORTEST_USE:g} s take {CLUSTERS} such intervals, "
-            f"so at least {SHORTEST_USE * CLUSTERS:g} s; two hours show the bias instability"
+            f"{duration:.3g} s of rest are too short: averages over {MIN_TAU:g} s take "
+            f"{MIN_CLUSTERS} such intervals, so at least {MIN_TAU * MIN_CLUSTERS:g} s; "
+            "two hours show the bias instability"
         )
 
 
 def _part(progress: Callable[[float], None] | None, done: int) -> Callable[[float], None]:
-    """Return what hears of the share of one sensor, of two."""
+    """Return a callback that scales the progress of one sensor of two."""
     if progress is None:
         return lambda _: None
     return lambda share: progress((done + share) / 2)

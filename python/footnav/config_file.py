@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 import msgspec
 
 from footnav.errors import ConfigError
-from footnav.section import Section, convert, encode, refuse_unknown
+from footnav.settings import Settings, convert, encode, refuse_unknown
 
-Settings = TypeVar("Settings", bound=Section)
+S = TypeVar("S", bound=Settings)
 
 
-def load_settings(kind: type[Settings], path: str | PathLike[str]) -> Settings:
+def load_settings(kind: type[S], path: str | PathLike[str]) -> S:
     """Read settings from a TOML file; absent ones keep their defaults.
 
     Parameters
@@ -26,7 +26,7 @@ def load_settings(kind: type[Settings], path: str | PathLike[str]) -> Settings:
 
     Returns
     -------
-    Section
+    Settings
         Of that type.
 
     Raises
@@ -52,7 +52,7 @@ def load_settings(kind: type[Settings], path: str | PathLike[str]) -> Settings:
         raise ConfigError(f"{path}: {error}") from error
 
 
-def save_settings(settings: Section, path: str | PathLike[str]) -> None:
+def save_settings(settings: Settings, path: str | PathLike[str]) -> None:
     """Write settings as TOML; the file is the old one or the whole new one."""
     import tomli_w
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from footnav.config import Matrix, Vector
+from footnav.settings import Matrix, Vector
 
 
 def as_vector(values: ArrayLike) -> Vector:

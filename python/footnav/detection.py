@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast, get_args
 
 from footnav import _core
 from footnav.config import Config
-from footnav.detectors import Detector, default_detector
+from footnav.detectors import Detector
+from footnav.errors import ConfigError
 from footnav.protocols import StanceDetector
-from footnav.section import Section
+from footnav.settings import Settings, by_kind, unknown_kind
 
 if TYPE_CHECKING:
     import numpy as np
@@ -83,7 +84,15 @@ def _choose(detector: Choice) -> tuple[Config, StanceDetector | None]:
     if isinstance(detector, Config):
         return detector, None
     if isinstance(detector, str):
-        return Config(detector=default_detector(detector)), None
-    if isinstance(detector, Section):
+        return Config(detector=_default_detector(detector)), None
+    if isinstance(detector, Settings):
         return Config(detector=detector), None
     return Config(), detector
+
+
+def _default_detector(kind: str) -> Detector:
+    """Return the default settings of a kind of detector."""
+    kinds = by_kind(get_args(Detector))
+    if kind not in kinds:
+        raise ConfigError(unknown_kind(f"unknown detector {kind!r}", kind, kinds))
+    return cast("Detector", kinds[kind]())

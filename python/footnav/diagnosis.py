@@ -1,4 +1,4 @@
-"""What a doctor would say of a recording before it is tracked."""
+"""Data-quality report of a recording: clipping, gaps, sampling rate and the rest at the start."""
 
 import math
 from dataclasses import dataclass
@@ -6,13 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footnav.config import HealthLimits
+from footnav import _core
+from footnav.config import DEFAULTS, Config
+from footnav.health import Flag
 from footnav.recording import STANDARD_GRAVITY, Floats, Recording
+from footnav.rest_detection import alignment_limits, detect_rest, runs
 
 Mask = NDArray[np.bool_]
 
 CLIP_BAND = 0.005
-"""Samples within this part of the full scale, or of a flat top, are clipped; calibration smears a clipped value."""
+"""Part of the full scale, or of a flat top, within which a sample is clipped: a calibration spreads
+the clipped values."""
 
 ACCEL_RANGES_G = (2, 4, 8, 16, 32)
 GYRO_RANGES_DEG_S = (250, 500, 1000, 2000, 4000)
@@ -21,18 +25,19 @@ _SENSORS = {"accel": "accelerometer", "gyro": "gyroscope"}
 _MIN_CLIP = {"accel": 1.5 * STANDARD_GRAVITY, "gyro": math.radians(100)}
 """No full scale is smaller: the smallest ranges sold are 2 g and 125 deg/s."""
 
-_LONG_GAP, _GAP_SHARE = 0.05, 0.005
-"""A gap shorter than 0.05 s, a tenth of a stride at most, costs little unless there are many."""
+_MIN_RATE = 90.0
+"""Hz; a heel strike lasts 20 ms."""
 
-_REST_BLOCK = 0.1
-_MIN_REST = 0.5
-_REST_ACCEL, _REST_GYRO = 0.3, 0.05
-"""m/s^2 and rad/s: a standing foot sways less, and the noise of a cheap sensor is a tenth of it."""
+_MAX_SCALE_ERROR = 0.03
+"""Part of gravity; a calibrated accelerometer errs by less."""
+
+_MAX_GYRO_BIAS = 2.0
+"""deg/s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clipping:
-    """Samples of one channel that stand at the end of its range.
+    """Samples of one channel that are at full scale.
 
     Attributes
     ----------
@@ -51,12 +56,12 @@ class Clipping:
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """The time at rest with which a recording starts.
+    """The rest at the start of a recording.
 
     Attributes
     ----------
     duration : float
-        How long it lasts, s.
+        Length, s; the means and standard deviations are over all of it.
     specific_force : float
         Magnitude of the mean specific force, m/s^2.
     gyro_bias : tuple of float
@@ -74,7 +79,7 @@ class Rest:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What was found in a recording; `str` gives it as text.
+    """Data-quality report of a recording; `str` gives it as text.
 
     Attributes
     ----------
@@ -91,15 +96,15 @@ class Diagnosis:
     repeated : int
         Samples with the stamp of the one before.
     gaps : int
-        Intervals longer than `HealthLimits.gap_intervals` medians.
+        Intervals in which samples are missing, as `footnav.health.Counters` counts them.
     longest_gap, longest_gap_at : float
         Length of the longest gap and the stamp at which it starts, s; nan without gaps.
     clipping : tuple of Clipping
         Channels that clip.
     rest : Rest or None
-        The time at rest at the start, if it lasts half a second.
+        The rest at the start; None for a start in motion.
     findings : tuple of str
-        What is wrong and what to do about it, in plain words.
+        Each problem and its remedy.
     """
 
     name: str
@@ -130,7 +135,7 @@ class Diagnosis:
             *(_rest_text(self.rest) if self.rest else ["  rest        none at the start"]),
         ]
         return "\n".join(
-            lines + [f"- {finding}" for finding in self.findings or ("nothing to complain of",)]
+            lines + [f"- {finding}" for finding in self.findings or ("no problems found",)]
         )
 
     def _stamps_text(self) -> str:
@@ -140,25 +145,30 @@ class Diagnosis:
         return f"{text}, the longest {1e3 * self.longest_gap:.1f} ms at {self.longest_gap_at:.3f} s"
 
 
-def diagnose(recording: Recording) -> Diagnosis:
-    """Examine a recording for what spoils a track.
+def diagnose(recording: Recording, config: Config | None = None) -> Diagnosis:
+    """Report the quality of a recording before it is tracked.
+
+    Gaps and the rest at the start are found as `footnav.track` finds them.
 
     Parameters
     ----------
     recording : Recording
-        The recording; it is not changed.
+        Calibrated samples; they are not changed.
+    config : Config, optional
+        Settings of the track, of which ``alignment`` and ``health`` count; the defaults unless
+        given.
 
     Returns
     -------
     Diagnosis
-        Measurements, and sentences on what to do.
+        Measurements, and the problems with their remedies.
     """
+    config = config or DEFAULTS
     intervals = np.diff(recording.t)
-    median = 1.0 / recording.rate_hz
-    gap = intervals > HealthLimits().gap_intervals * median
+    gap = _gaps(recording, config)
     longest = int(intervals.argmax()) if gap.any() else None
     clipped = {sensor: _clipped(recording, sensor) for sensor in _SENSORS}
-    rest = _rest(recording)
+    rest = _rest(recording, config)
     repeated = int((intervals == 0).sum())
     return Diagnosis(
         name=recording.name,
@@ -187,7 +197,7 @@ def diagnose(recording: Recording) -> Diagnosis:
 
 
 def _clipped(recording: Recording, sensor: str) -> Mask:
-    """Return which values of a sensor, shape (n, 3), stand at the end of its range."""
+    """Return which values of a sensor, shape (n, 3), are at full scale."""
     samples: Floats = getattr(recording, sensor)
     full_scale: float | None = getattr(recording, f"{sensor}_range")
     if full_scale is not None:
@@ -196,7 +206,7 @@ def _clipped(recording: Recording, sensor: str) -> Mask:
 
 
 def _flat_tops(channel: Floats, min_clip: float) -> Mask:
-    """Return which values are clipped, judged by the shape of the signal alone."""
+    """Return which values are clipped, from the shape of the signal alone."""
     clipped = np.zeros(len(channel), dtype=bool)
     for side in (channel, -channel):
         if side.max() >= min_clip and _has_flat_top(side):
@@ -205,14 +215,14 @@ def _flat_tops(channel: Floats, min_clip: float) -> Mask:
 
 
 def _has_flat_top(channel: Floats) -> bool:
-    """Whether the maximum is held on two or more occasions by three or more samples that rise and fall steeply.
+    """Whether the maximum is a flat top: held twice or more, for three samples, with steep flanks.
 
     A smooth peak of curvature c leaves its top band of half-width h by c h^2: three half-widths
     away from its middle it has fallen by nine bands, 4.5 %.  A clipped wave is on its steep flank
     there and has fallen by far more, and a steady turn, whose maximum is noise, by far less.
     """
     peak = float(channel.max())
-    starts, ends = _runs(channel >= (1 - CLIP_BAND) * peak)
+    starts, ends = runs(channel >= (1 - CLIP_BAND) * peak)
     length = ends - starts
     inside = (length >= 3) & (starts >= length) & (ends + length <= len(channel))
     starts, ends, length = starts[inside], ends[inside], length[inside]
@@ -220,23 +230,27 @@ def _has_flat_top(channel: Floats) -> bool:
     return int((flanks < 0.85 * peak).sum()) >= 2
 
 
-def _runs(mask: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return where each run of True starts and where it has ended."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False]))))
-    return edges[::2], edges[1::2]
-
-
-def _rest(recording: Recording) -> Rest | None:
-    length = max(2, round(_REST_BLOCK * recording.rate_hz))
-    steady = _steady(recording.accel, length, _REST_ACCEL) & _steady(
-        recording.gyro, length, _REST_GYRO
+def _gaps(recording: Recording, config: Config) -> Mask:
+    """Return in which intervals samples are missing, shape (n - 1,)."""
+    flags = _core.sample_flags(
+        config.to_json(), recording.rate_hz, recording.t, recording.accel, recording.gyro
     )
-    blocks = len(steady) if steady.all() else int(steady.argmin())
-    n = blocks * length
-    duration = float(recording.t[n - 1] - recording.t[0]) if n else 0.0
-    if duration < _MIN_REST - _REST_BLOCK / 2:
+    gaps: Mask = (flags[1:] & Flag.GAP) != 0
+    return gaps
+
+
+def _rest(recording: Recording, config: Config) -> Rest | None:
+    """Return the rest at the start, or None where it is too short for the alignment."""
+    limits = alignment_limits(config)
+    blocks = detect_rest(recording, limits)
+    rests = blocks.rests()
+    if not rests or rests[0].start > 0:
         return None
-    accel, gyro = recording.accel[:n], recording.gyro[:n]
+    last = int(blocks.last[rests[0].stop - 1])
+    duration = float(recording.t[last] - recording.t[0])
+    if duration < limits.min_duration:
+        return None
+    accel, gyro = recording.accel[: last + 1], recording.gyro[: last + 1]
     return Rest(
         duration=duration,
         specific_force=float(np.linalg.norm(accel.mean(axis=0))),
@@ -244,16 +258,6 @@ def _rest(recording: Recording) -> Rest | None:
         accel_noise=_floats(accel.std(axis=0)),
         gyro_noise=_floats(gyro.std(axis=0)),
     )
-
-
-def _steady(samples: Floats, length: int, limit: float) -> Mask:
-    """Whether each block of `length` samples scatters by less than `limit` and has the mean of the first one."""
-    blocks = samples[: len(samples) // length * length].reshape(-1, length, 3)
-    means = blocks.mean(axis=1)
-    scatter = blocks.std(axis=1).max(axis=1)
-    drift = np.abs(means - means[:1]).max(axis=1)
-    steady: Mask = np.maximum(scatter, drift) < limit
-    return steady
 
 
 def _count(number: int, noun: str) -> str:
@@ -317,18 +321,18 @@ def _time_findings(recording: Recording, repeated: int, gaps: Floats) -> list[st
     findings = []
     if repeated:
         findings.append(
-            f"{_count(repeated, 'sample')} with the stamp of the one before: the logger stamps on arrival or writes "
-            "rows twice; let it stamp each sample where it is taken"
+            f"{_count(repeated, 'sample')} with the stamp of the one before: the logger stamps on "
+            "arrival or writes rows twice; stamp each sample where it is taken"
         )
-    if gaps.size and (gaps.max() > _LONG_GAP or gaps.sum() > _GAP_SHARE * recording.duration):
+    if gaps.size:
         findings.append(
-            f"{_count(gaps.size, 'gap')} of {gaps.sum():.2f} s in {recording.duration:.2f} s: samples were lost or "
-            "stamped late; lower the load on the logger or its link"
+            f"{_count(gaps.size, 'gap')} of {gaps.sum():.2f} s in {recording.duration:.2f} s: "
+            "samples were lost or stamped late; lower the load on the logger or its link"
         )
-    if recording.rate_hz < 90:
+    if recording.rate_hz < _MIN_RATE:
         rate = f"{recording.rate_hz:.3g} Hz"
         findings.append(
-            f"{rate} is slow for a foot, which strikes within 20 ms: record at 100 Hz or more"
+            f"{rate} is slow for a heel strike, which lasts 20 ms: record at 100 Hz or more"
         )
     return findings
 
@@ -336,17 +340,17 @@ def _time_findings(recording: Recording, repeated: int, gaps: Floats) -> list[st
 def _rest_findings(rest: Rest | None) -> list[str]:
     if rest is None:
         return [
-            "the recording does not start at rest: stand still for a second or more before the first step"
+            "the recording starts in motion: stand still for a second or more before the first step"
         ]
     findings = []
     error = rest.specific_force / STANDARD_GRAVITY - 1
-    if abs(error) > 0.03:
+    if abs(error) > _MAX_SCALE_ERROR:
         findings.append(
-            f"at rest the accelerometer reads {rest.specific_force:.2f} m/s^2, {100 * error:+.1f} % from gravity: "
-            "calibrate it, and check its range"
+            f"at rest the accelerometer reads {rest.specific_force:.2f} m/s^2, "
+            f"{100 * error:+.1f} % from gravity: calibrate it, and check its range"
         )
     bias = math.degrees(max(map(abs, rest.gyro_bias)))
-    if bias > 2:
+    if bias > _MAX_GYRO_BIAS:
         findings.append(
             f"at rest the gyroscope reads {bias:.1f} deg/s: calibrate its bias, or let it warm up"
         )
@@ -354,16 +358,19 @@ def _rest_findings(rest: Rest | None) -> list[str]:
 
 
 def _clipping_text(clip: Clipping) -> str:
-    return f"{clip.channel} {_count(clip.samples, 'sample')} at {_level_text(clip.channel[:-2], clip.level)}"
+    level = _level_text(clip.channel[:-2], clip.level)
+    return f"{clip.channel} {_count(clip.samples, 'sample')} at {level}"
 
 
 def _rest_text(rest: Rest) -> list[str]:
+    bias, noise = ([math.degrees(value) for value in v] for v in (rest.gyro_bias, rest.gyro_noise))
     return [
-        f"  rest        {rest.duration:.2f} s at the start, |accel| {rest.specific_force:.3f} m/s^2 "
+        f"  rest        {rest.duration:.2f} s at the start, "
+        f"|accel| {rest.specific_force:.3f} m/s^2 "
         f"({rest.specific_force / STANDARD_GRAVITY:.4f} g)",
-        f"  gyro bias   {_triad([math.degrees(value) for value in rest.gyro_bias], '+.3f')} deg/s at rest",
+        f"  gyro bias   {_triad(bias, '+.3f')} deg/s at rest",
         f"  noise       accel {_triad(rest.accel_noise, '.3f')} m/s^2, "
-        f"gyro {_triad([math.degrees(value) for value in rest.gyro_noise], '.3f')} deg/s",
+        f"gyro {_triad(noise, '.3f')} deg/s",
     ]
 
 

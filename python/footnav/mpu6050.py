@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from footnav.errors import ConfigError
 from footnav.io.mpu6050 import ACCEL_RANGES, FULL_SCALE_COUNTS, GYRO_RANGES
 from footnav.recording import STANDARD_GRAVITY, Floats, to_floats
-from footnav.section import Section
+from footnav.settings import Settings
 
 MPU6050_ID = 0x68
 """Value of the register WHO_AM_I of an MPU6050, at either address."""
@@ -73,7 +73,7 @@ _FILTERS = MappingProxyType(
 """Filters of accelerometer and gyroscope by DLPF_CFG (register 26)."""
 
 
-class Setup(Section, frozen=True, kw_only=True):
+class Setup(Settings, frozen=True, kw_only=True):
     """The registers that set range, bandwidth and rate of an MPU6050.
 
     Attributes

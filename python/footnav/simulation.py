@@ -6,22 +6,22 @@ the truth to rounding.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footnav import _core
-from footnav.config import IDENTITY, Matrix, Vector
 from footnav.errors import ConfigError
 from footnav.recording import Recording
-from footnav.section import Section, decode, encode
+from footnav.sections import MechanizationKind
+from footnav.settings import IDENTITY, Matrix, Settings, Vector, decode, encode
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-class Waypoint(Section, frozen=True, kw_only=True):
+class Waypoint(Settings, frozen=True, kw_only=True):
     """One corner of a route.
 
     Attributes
@@ -40,7 +40,7 @@ class Waypoint(Section, frozen=True, kw_only=True):
     lift: bool = False
 
 
-class Route(Section, frozen=True, kw_only=True):
+class Route(Settings, frozen=True, kw_only=True):
     """A polyline on the ground; the walker sets out along the first leg.
 
     Attributes
@@ -98,7 +98,7 @@ class Route(Section, frozen=True, kw_only=True):
         return _route("stairs", floors, risers, riser, tread)
 
 
-class Gait(Section, frozen=True, kw_only=True):
+class Gait(Settings, frozen=True, kw_only=True):
     """How the foot that carries the sensor moves; the default is a walk at 1.25 m/s.
 
     The foot frame has x to the toes, y to the left and z up; its origin is the point of the sole
@@ -163,7 +163,7 @@ class Gait(Section, frozen=True, kw_only=True):
         return decode(_core.gait_preset(name), cls)
 
 
-class TriadErrors(Section, frozen=True, kw_only=True):
+class TriadErrors(Settings, frozen=True, kw_only=True):
     """Errors of three orthogonal axes, in the unit u of the sensor (m/s² or rad/s).
 
     None by default.
@@ -203,7 +203,7 @@ class TriadErrors(Section, frozen=True, kw_only=True):
     resolution: float = 0.0
 
 
-class SensorErrors(Section, frozen=True, kw_only=True):
+class SensorErrors(Settings, frozen=True, kw_only=True):
     """Errors of an inertial measurement unit; none by default.
 
     Attributes
@@ -242,7 +242,7 @@ def simulate(
     rate_hz: float = 200.0,
     jitter: float = 0.0,
     gravity: float | None = None,
-    mechanization: Literal["two-sample", "single-sample", "first-order"] = "two-sample",
+    mechanization: MechanizationKind = "two-sample",
 ) -> tuple[Recording, Trajectory]:
     """Walk along a path and record it.
 

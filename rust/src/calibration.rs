@@ -2,49 +2,37 @@
 //! the temperature.
 
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
 
 mod thermal;
 
 pub use thermal::{TemperatureModel, TriadCalibration};
 
-/// Scale, misalignment and bias of both sensors.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Calibration {
-    /// Block3 of the accelerometer's matrix M.
-    pub accel_matrix: [[f64; 3]; 3],
-    /// Bias b of the accelerometer, m/s².
-    pub accel_bias: [f64; 3],
-    /// Block3 of the gyroscope's matrix M.
-    pub gyro_matrix: [[f64; 3]; 3],
-    /// Bias b of the gyroscope, rad/s.
-    pub gyro_bias: [f64; 3],
-}
-
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-impl Default for Calibration {
-    fn default() -> Self {
-        Self {
-            accel_matrix: IDENTITY,
-            accel_bias: [0.0; 3],
-            gyro_matrix: IDENTITY,
-            gyro_bias: [0.0; 3],
-        }
+settings! {
+    /// Correction of raw readings: M (raw - b) for each sensor.
+    pub struct Calibration: "calibration", also has_plausible_matrices {
+        /// Scale and misalignment M of the accelerometer.
+        accel_matrix: [[f64; 3]; 3] = IDENTITY, "", Limits::Finite;
+        /// Bias b of the accelerometer.
+        accel_bias: [f64; 3] = [0.0; 3], "m/s²", Limits::Finite;
+        /// Scale and misalignment M of the gyroscope.
+        gyro_matrix: [[f64; 3]; 3] = IDENTITY, "", Limits::Finite;
+        /// Bias b of the gyroscope.
+        gyro_bias: [f64; 3] = [0.0; 3], "rad/s", Limits::Finite;
     }
 }
 
 impl Calibration {
-    /// Checks that every number is finite and that both matrices can be inverted.
-    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+    /// Both matrices can be inverted.
+    fn has_plausible_matrices(&self) -> Result<(), ConfigError> {
         check_matrix("calibration.accel_matrix", &self.accel_matrix)?;
-        check_bias("calibration.accel_bias", &self.accel_bias)?;
-        check_matrix("calibration.gyro_matrix", &self.gyro_matrix)?;
-        check_bias("calibration.gyro_bias", &self.gyro_bias)
+        check_matrix("calibration.gyro_matrix", &self.gyro_matrix)
     }
 }
 
@@ -57,7 +45,7 @@ fn check_matrix(key: &'static str, rows: &[[f64; 3]; 3]) -> Result<(), ConfigErr
     Err(ConfigError::OutOfRange {
         key,
         value,
-        expected: "three rows of a right-handed matrix near the identity",
+        expected: "three rows of a right-handed matrix near the identity".into(),
     })
 }
 
@@ -68,7 +56,7 @@ fn check_bias(key: &'static str, bias: &[f64; 3]) -> Result<(), ConfigError> {
     Err(ConfigError::OutOfRange {
         key,
         value: format!("{bias:?}"),
-        expected: "three finite numbers",
+        expected: "three finite numbers".into(),
     })
 }
 

@@ -1,5 +1,7 @@
 //! What can go wrong, one enum per domain.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 /// Any failure of footnav.
@@ -29,7 +31,7 @@ pub enum ConfigError {
         /// The value that was given.
         value: String,
         /// What the setting allows.
-        expected: &'static str,
+        expected: Cow<'static, str>,
     },
     /// Two settings contradict each other, or one needs another that is missing.
     #[error("{0}")]

@@ -19,11 +19,17 @@
 //!   2nd ed., 2013: ch. 14 (error-state integration).
 
 pub(crate) mod cloning;
-pub mod covariance;
-pub mod error_state;
-pub mod error_state_filter;
+pub(crate) mod covariance;
+pub(crate) mod error_state;
+pub(crate) mod error_state_filter;
+pub(crate) mod initial_covariance;
 pub(crate) mod kernels;
-pub mod observation;
-mod propagation;
+pub(crate) mod observation;
+pub(crate) mod process_noise;
+pub(crate) mod propagation;
 pub(crate) mod recorder;
-pub mod transition;
+pub(crate) mod settings;
+pub(crate) mod transition;
+
+pub use covariance::Covariance;
+pub use error_state::{Block, STATES};

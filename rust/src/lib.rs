@@ -2,7 +2,7 @@
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 #[expect(clippy::inline_always, reason = "as math::simd")]
-mod aiding;
+pub mod aiding;
 pub mod allan;
 pub mod calibration;
 pub mod config;
@@ -13,7 +13,7 @@ pub mod filter;
 pub mod gait;
 #[expect(clippy::inline_always, reason = "as math::simd")]
 pub mod ins;
-mod limits;
+pub mod limits;
 #[expect(
     clippy::inline_always,
     reason = "code compiled for an instruction set must not call code that is not"
@@ -24,6 +24,7 @@ pub mod pipeline;
 mod progress;
 #[cfg(feature = "python")]
 mod python;
+pub mod settings;
 pub mod simulation;
 mod smoother;
 pub mod types;
@@ -32,6 +33,7 @@ pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use gait::Stride;
 pub use pipeline::batch::{Batch, track};
+pub use pipeline::health_monitor::Health;
 pub use pipeline::navigator::Navigator;
 pub use types::sample::{ImuSample, MagSample};
 pub use types::solution::Solution;

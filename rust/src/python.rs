@@ -20,7 +20,9 @@ mod detector;
 mod exclusive;
 mod gait;
 mod navigator;
+mod rest;
 mod simulation;
+mod validation;
 
 pyo3::import_exception!(footnav.errors, BusyError);
 pyo3::import_exception!(footnav.errors, ConfigError);
@@ -49,16 +51,20 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::PyBatch>()?;
     module.add_class::<navigator::PyColumns>()?;
     module.add_class::<navigator::PyNavigator>()?;
+    module.add_class::<rest::PyRestDetector>()?;
     module.add_function(wrap_pyfunction!(default_config, module)?)?;
     module.add_function(wrap_pyfunction!(live_detector, module)?)?;
     module.add_function(wrap_pyfunction!(preset_config, module)?)?;
     module.add_function(wrap_pyfunction!(preset_names, module)?)?;
+    module.add_function(wrap_pyfunction!(settings_schema, module)?)?;
     module.add_function(wrap_pyfunction!(check_config, module)?)?;
     module.add_function(wrap_pyfunction!(gravity, module)?)?;
     module.add_function(wrap_pyfunction!(detect, module)?)?;
     module.add_function(wrap_pyfunction!(allan::allan, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibration_at, module)?)?;
+    module.add_function(wrap_pyfunction!(rest::alignment_rest_limits, module)?)?;
+    module.add_function(wrap_pyfunction!(validation::sample_flags, module)?)?;
     module.add_function(wrap_pyfunction!(simulation::corrupt, module)?)?;
     module.add_function(wrap_pyfunction!(gait::strides, module)?)?;
     module.add_function(wrap_pyfunction!(gait::stances, module)?)?;
@@ -92,6 +98,12 @@ fn live_detector() -> PyResult<String> {
 #[pyfunction]
 fn preset_names() -> Vec<&'static str> {
     PRESETS.to_vec()
+}
+
+/// Every setting with its type, default, unit, limits and meaning, section by section, as JSON.
+#[pyfunction]
+fn settings_schema() -> PyResult<String> {
+    to_json(&Config::schema())
 }
 
 /// Raises `ConfigError` for settings that make no sense.
@@ -144,7 +156,7 @@ fn detect<'py>(
     Ok(columns)
 }
 
-/// Lets an interrupt from the check_signals end the work of the main thread.
+/// Lets an interrupt end the work of the main thread.
 #[expect(
     clippy::redundant_closure_for_method_calls,
     reason = "the method itself is not general enough"

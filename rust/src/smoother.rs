@@ -27,6 +27,9 @@
 //! - D. S. Colomar, J.-O. Nilsson, P. Händel, "Smoothing for ZUPT-aided INSs", IPIN 2012: smoothing
 //!   step by step.
 
-mod backward_state;
-mod segment;
+pub(crate) mod backward_state;
+pub(crate) mod fixed_interval;
+pub(crate) mod fixed_lag;
+pub(crate) mod segment;
+pub(crate) mod settings;
 pub(crate) mod smoother;

@@ -5,5 +5,6 @@ pub mod nav_state;
 pub mod rate;
 pub(crate) mod row_buffer;
 pub mod sample;
+pub mod sensor;
 pub mod solution;
 pub mod trajectory;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use footnav::config::FilterConfig;
 use footnav::detectors::Decision;
 use footnav::detectors::decide_all;
-use footnav::ins::strapdown::{Increments, MechanizationKind, Step, Strapdown};
+use footnav::ins::strapdown::{Increments, MechanizationKind, Strapdown, StrapdownStep};
 use footnav::math::rotation::{cross_matrix, exp};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::types::solution::Estimate;
@@ -56,7 +56,7 @@ struct DenseFilter {
 #[derive(Clone, Copy)]
 struct DelayLine {
     steps: f64,
-    together: Step,
+    together: StrapdownStep,
     noise: Dense,
 }
 
@@ -66,7 +66,7 @@ impl DelayLine {
     fn then(&self, next: &Self) -> Self {
         let (first, second) = (&self.together, &next.together);
         let dt = first.dt + second.dt;
-        let together = Step {
+        let together = StrapdownStep {
             dt,
             velocity_increment_n: first.velocity_increment_n + second.velocity_increment_n,
             attitude: (first.dt * first.attitude + second.dt * second.attitude) / dt,
@@ -150,7 +150,7 @@ impl DenseFilter {
 }
 
 /// Position moves in two halves around the change of velocity, then the attitude turns.
-fn transition(step: &Step) -> Dense {
+fn transition(step: &StrapdownStep) -> Dense {
     let half = shear(POSITION, VELOCITY, Matrix3::from_diagonal_element(0.5 * step.dt));
     let tilt = shear(VELOCITY, ATTITUDE, -cross_matrix(&step.velocity_increment_n));
     let accel_bias = shear(VELOCITY, ACCEL_BIAS, -step.dt * step.attitude);

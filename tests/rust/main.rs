@@ -2,6 +2,7 @@
 
 mod allocations;
 mod dense_filter;
+mod detectors;
 mod lever_arm;
 mod linear_cost;
 mod navigator;

@@ -78,10 +78,10 @@ fn keeping_the_strides_changes_no_number_of_the_track() {
 }
 
 #[test]
-fn strides_that_nobody_asked_for_are_an_error_that_names_the_setting() {
+fn strides_without_the_setting_are_an_error_that_names_it() {
     let mut navigator = Navigator::new(Config::default(), RATE).unwrap();
     let error = navigator.strides().unwrap_err().to_string();
-    assert_eq!(error, "strides are not kept: set output.strides = true");
+    assert_eq!(error, "strides are not tracked: set output.strides = true");
 }
 
 #[test]
@@ -93,8 +93,8 @@ fn strides_go_from_row_to_row_of_the_track_that_comes_out() {
     let kinds = [
         (SmootherKind::Rts, CorrectionKind::None),
         (SmootherKind::Stepwise, CorrectionKind::None),
-        (SmootherKind::None, CorrectionKind::Lwi),
-        (SmootherKind::None, CorrectionKind::Rv),
+        (SmootherKind::None, CorrectionKind::LinearlyWeighted),
+        (SmootherKind::None, CorrectionKind::ResidualVelocity),
     ];
     for (smoother, correction) in kinds {
         let mut config = step_by_step.clone();

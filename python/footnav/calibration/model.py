@@ -17,7 +17,7 @@ from footnav.config_file import load_settings, save_settings
 from footnav.errors import ConfigError, DataError
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.section import Section, encode
+from footnav.settings import Settings, encode
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -29,7 +29,7 @@ RANGE_TOLERANCE = 0.01
 """Relative difference of two full scales that count as equal: the rounding of g differs."""
 
 
-class TemperatureModel(Section, frozen=True, kw_only=True):
+class TemperatureModel(Settings, frozen=True, kw_only=True):
     """Bias and scale of a sensor as functions of the temperature of its die.
 
     Both are polynomials of T - `reference` without a constant term.
@@ -64,7 +64,7 @@ class TemperatureModel(Section, frozen=True, kw_only=True):
     residual: float = 0.0
 
 
-class Triad(Section, frozen=True, kw_only=True):
+class Triad(Settings, frozen=True, kw_only=True):
     """Correction M (raw - b) of the three axes of one sensor; the unit u is m/s², rad/s or T.
 
     Attributes
@@ -153,7 +153,7 @@ class _Correction(msgspec.Struct):
     bias: Vector
 
 
-class SensorCalibration(Section, frozen=True, kw_only=True):
+class SensorCalibration(Settings, frozen=True, kw_only=True):
     """The calibration of the sensors of one device.
 
     Attributes

@@ -12,7 +12,7 @@ from footnav import _core
 from footnav.config import Config
 from footnav.errors import ConfigError
 from footnav.recording import Floats, Recording
-from footnav.section import encode
+from footnav.settings import encode
 from footnav.simulation import SensorErrors
 
 if TYPE_CHECKING:

@@ -1,12 +1,14 @@
-"""Rests in a recording.
+"""The rests of a recording from which sensors are calibrated.
 
-The detector is that of Tedaldi et al. 2014, section V-A: the variance over a sliding window,
-against a multiple of that in the rest at the start.  Here the gyroscope is tested, too, and the
-multiple is fixed: the paper's choice by the smallest residual favours multiples with few rests.
+The test is that of Tedaldi et al. 2014, section V-A: the variance over a window, against a multiple
+of that in the rest at the start.  The gyroscope is tested as well, the windows are consecutive
+blocks, and the multiple is fixed: the paper chooses the one with the smallest residual, which
+favours multiples that leave few rests.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,33 +17,31 @@ from numpy.typing import NDArray
 
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
-
-WINDOW = 0.5
-"""Window of the variance, s: a turn of the sensor lasts longer."""
+from footnav.rest_detection import (
+    CALIBRATION,
+    CALIBRATION_POSES,
+    UNITS,
+    RestBlocks,
+    RestDetector,
+    RestLimits,
+    detect_rest,
+)
 
 MULTIPLE = 4.0
 """Multiple of the standard deviation in the rest at the start beyond which the sensor moves."""
 
-SHORTEST = 1.0
-"""Minimum duration of a rest, s: the mean of a shorter one is too noisy."""
+MIN_STD = 0.02
+"""Least standard deviation that is multiplied, as a part of that in `CALIBRATION_POSES`: a sensor
+without noise still has rounding."""
 
 BLOCK = 0.25
-"""Length of the block means, s, whose scatter gives the noise of a mean: longer than any low-pass
-filter.
-"""
-
-LIMITS = {"accel": (0.15, 0.10), "gyro": (0.03, 0.01)}
-"""Limits of a rest, m/s² and rad/s: standard deviation, and change of the mean over `WINDOW`.
-
-The noisiest sensors are below the first; a sensor in a hand exceeds the second.
-"""
-
-UNITS = {"accel": "m/s^2", "gyro": "rad/s"}
+"""Length of the means, s, from which the noise of a mean is estimated: longer than the impulse
+response of any low-pass filter."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rests:
-    """The times at rest of one recording, in order; k of them.
+    """The rests of one recording, in order; k of them.
 
     Attributes
     ----------
@@ -69,19 +69,19 @@ class Rests:
 
 
 def find_rests(recording: Recording, initial: float = 2.0) -> Rests:
-    """Find the times at rest.
+    """Find the rests of a recording in many poses.
 
     Parameters
     ----------
     recording : Recording
         Starts at rest.
     initial : float
-        Length of the rest at the start that the limits are scaled from, s.
+        Length of the rest at the start, s, from which the limits are scaled.
 
     Returns
     -------
     Rests
-        Each at least `SHORTEST` long, without half a window at both ends.
+        Each without its first and last block, which may hold the end of a turn.
 
     Raises
     ------
@@ -90,16 +90,31 @@ def find_rests(recording: Recording, initial: float = 2.0) -> Rests:
     """
     first = int(np.searchsorted(recording.t, recording.t[0] + initial, side="right"))
     check_rest(recording, 0, first)
-    length = max(3, round(WINDOW * recording.rate_hz))
-    still = np.ones(len(recording), dtype=bool)
-    for label in ("accel", "gyro"):
-        scatter = _scatter(getattr(recording, label), length)
-        typical = max(float(np.median(scatter[:first])), 0.02 * LIMITS[label][0])
-        still &= scatter < MULTIPLE * typical
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False]))))
-    start, stop = edges[::2], edges[1::2]
-    long = recording.t[stop - 1] - recording.t[start] >= SHORTEST
-    return _describe(recording, start[long], stop[long])
+    limits = _scaled_limits(recording, first)
+    blocks = detect_rest(recording, limits)
+    starts, stops = [], []
+    for rest in blocks.rests():
+        rows = blocks.first[rest.start], blocks.last[rest.stop - 1]
+        if recording.t[rows[1]] - recording.t[rows[0]] >= limits.min_duration:
+            starts.append(blocks.last[rest.start])
+            stops.append(blocks.first[rest.stop - 1] + 1)
+    return _describe(recording, np.array(starts, dtype=np.intp), np.array(stops, dtype=np.intp))
+
+
+def _scaled_limits(recording: Recording, stop: int) -> RestLimits:
+    """Return `CALIBRATION_POSES` for the noise in the samples before `stop`, which are at rest."""
+    blocks = _blocks_of_rest(recording, CALIBRATION_POSES, slice(0, stop))
+    limits = {}
+    for sensor in UNITS:
+        std = float(np.median(np.linalg.norm(getattr(blocks, f"{sensor}_std"), axis=1)))
+        limits[f"{sensor}_std"] = MULTIPLE * max(std, MIN_STD * CALIBRATION_POSES.std(sensor))
+    return dataclasses.replace(CALIBRATION_POSES, **limits)
+
+
+def _blocks_of_rest(recording: Recording, limits: RestLimits, rows: slice) -> RestBlocks:
+    """Return the blocks of a part of a recording, whose first row is their row 0."""
+    detector = RestDetector(limits, recording.rate_hz)
+    return detector.push_block(recording.t[rows], recording.accel[rows], recording.gyro[rows])
 
 
 def check_rest(recording: Recording, start: int = 0, stop: int | None = None) -> None:
@@ -116,38 +131,44 @@ def check_rest(recording: Recording, start: int = 0, stop: int | None = None) ->
     Raises
     ------
     DataError
-        An axis scatters or drifts too much; the message names it, the time, the value and the
-        limit.
+        The standard deviation of an axis, or the change of its mean, is beyond its limit, or
+        samples are missing; the message gives axis, time, value and limit.
     """
     stop = len(recording) if stop is None else stop
     name = recording.name or "the recording"
-    length = max(3, round(WINDOW * recording.rate_hz))
-    if stop - start < 2 * length:
+    needed = round(CALIBRATION.min_duration * recording.rate_hz)
+    if stop - start < needed:
         raise DataError(
-            f"{name}: {stop - start} samples of rest are too few; {2 * length}, a second, are "
-            "needed"
+            f"{name}: {stop - start} samples of rest are too few; {needed}, a second, are needed"
         )
-    for label, (noise, drift) in LIMITS.items():
-        blocks = _blocks(getattr(recording, label)[start:stop], length)
-        scatter = blocks.std(axis=1)
-        change = np.abs(blocks.mean(axis=1) - np.median(blocks.mean(axis=1), axis=0))
-        for values, limit, what in ((scatter, noise, "scatters by"), (change, drift, "changes by")):
-            block, axis = (int(k) for k in np.unravel_index(np.argmax(values), values.shape))
-            if values[block, axis] > limit:
-                at = recording.t[start + block * length]
-                raise DataError(
-                    f"{name}: not at rest: {label}_{'xyz'[axis]} {what} {values[block, axis]:.3g} "
-                    f"{UNITS[label]} at "
-                    f"{at:.2f} s, more than {limit:g}; lay the sensor down, do not hold it, and "
-                    "do not touch the table"
+    blocks = _blocks_of_rest(recording, CALIBRATION, slice(start, stop))
+    if not blocks.at_rest.all():
+        moving = int(blocks.at_rest.argmin())
+        motion = _motion(blocks, moving, recording.t[start + blocks.first[moving]])
+        raise DataError(
+            f"{name}: not at rest: {motion}; lay the sensor down, do not hold it, "
+            "and do not touch the table"
+        )
+
+
+def _motion(blocks: RestBlocks, block: int, t: float) -> str:
+    """Return the first limit of `CALIBRATION` that the block at time `t` exceeds."""
+    for sensor, unit in UNITS.items():
+        std, drift = (getattr(blocks, f"{sensor}_{what}")[block] for what in ("std", "drift"))
+        for what, values, value, limit in (
+            ("scatters by", std, std.max(), CALIBRATION.std(sensor)),
+            ("changes by", drift, np.linalg.norm(drift), CALIBRATION.drift(sensor)),
+        ):
+            if value > limit:
+                axis = "xyz"[int(np.abs(values).argmax())]
+                return (
+                    f"{sensor}_{axis} {what} {value:.2g} {unit} at {t:.2f} s, more than {limit:g}"
                 )
+    return f"samples are missing at {t:.2f} s"
 
 
 def pooled(rests: Sequence[Rests]) -> Rests:
-    """Join the rests of several recordings.
-
-    `start` and `stop` then count in each recording of its own.
-    """
+    """Join the rests of several recordings; `start` and `stop` are rows of each recording."""
     join = {name: np.concatenate([getattr(each, name) for each in rests]) for name in _ARRAYS}
     celsius = [each.temperature for each in rests]
     known = [column for column in celsius if column is not None]
@@ -178,7 +199,7 @@ def _means(samples: Floats, pieces: list[slice]) -> Floats:
 
 
 def _std_of_means(recording: Recording, samples: Floats, pieces: list[slice]) -> Floats:
-    """Return the standard deviation of a component of each mean, from the scatter of all blocks."""
+    """Return the standard deviation of one component of the mean of each rest, from all blocks."""
     length = max(1, round(BLOCK * recording.rate_hz))
     blocks = [_blocks(samples[piece], length).mean(axis=1) for piece in pieces]
     spare = sum(len(block) - 1 for block in blocks)
@@ -191,19 +212,5 @@ def _std_of_means(recording: Recording, samples: Floats, pieces: list[slice]) ->
 
 
 def _blocks(samples: Floats, length: int) -> Floats:
-    """Cut samples into blocks of `length`, shape (blocks, length, 3), without the rest of them."""
+    """Divide samples into blocks of `length`, shape (blocks, length, 3), without the remainder."""
     return samples[: len(samples) // length * length].reshape(-1, length, 3)
-
-
-def _scatter(samples: Floats, length: int) -> Floats:
-    """Return the standard deviation of the vector over the window around each sample, shape (n,).
-
-    Inf at both ends.
-    """
-    centred = samples - samples.mean(axis=0)
-    sums = np.concatenate(([np.zeros(6)], np.cumsum(np.hstack([centred, centred**2]), axis=0)))
-    mean, square = np.hsplit((sums[length:] - sums[:-length]) / length, 2)
-    scatter = np.full(len(samples), np.inf)
-    inside = slice(length // 2, length // 2 + len(mean))
-    scatter[inside] = np.sqrt(np.maximum(square - mean**2, 0.0).sum(axis=1))
-    return scatter

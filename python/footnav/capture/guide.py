@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footnav.capture.block import Block
-from footnav.capture.stillness import Stillness, Window
+from footnav.capture.rest_detection import RestMonitor, Window
 from footnav.errors import ConfigError
 from footnav.recording import Floats
 
@@ -110,7 +110,7 @@ class Guide:
         self.stage = Stage.SETTLE
         self.held = 0.0
         self.up = ""
-        self._stillness = Stillness()
+        self._rest_monitor = RestMonitor()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
         self._rest_direction: Floats | None = None
@@ -170,7 +170,9 @@ class Guide:
         list of str
             Messages: poses that are completed, were repeated, or ended too early.
         """
-        return [message for window in self._stillness.feed(block) for message in self._step(window)]
+        return [
+            message for window in self._rest_monitor.feed(block) for message in self._step(window)
+        ]
 
     @property
     def needed(self) -> float:
@@ -183,7 +185,7 @@ class Guide:
         # A sensor that reads zero has no side up; the recorder rejects it.
         direction = window.accel / (np.linalg.norm(window.accel) or 1.0)
         self.up = _nearest_side(direction)[1]
-        if not window.still or self._turned(direction):
+        if not window.at_rest or self._turned(direction):
             yield from self._move()
         elif self._rest_direction is None:
             yield from self._place(direction, window)

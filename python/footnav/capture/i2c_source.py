@@ -155,7 +155,7 @@ class I2cSource(CloseOnExit):
             )
             self._sleep(_POLL_INTERVAL)
             return []
-        self._silence.end()
+        self._silence.reset()
         return [Block.from_counts(self._stamps(len(counts), host), counts, self._setup)]
 
     def _read_fifo(self) -> tuple[list[tuple[int, ...]], float]:
@@ -207,6 +207,6 @@ class I2cSource(CloseOnExit):
         self.losses = self.losses.plus(**more)
 
     def _check_alive(self, reason: str) -> None:
-        silence = self._silence.grow(self._now())
+        silence = self._silence.update(self._now())
         if silence > _MAX_SILENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")

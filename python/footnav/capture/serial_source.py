@@ -141,7 +141,7 @@ class SerialSource(CloseOnExit):
         samples = self._decoder.feed(data)
         self._received += len(data)
         if samples:
-            self._silence.end()
+            self._silence.reset()
         else:
             self._check_alive(host)
         alike = itertools.groupby(samples, lambda sample: (sample.run, sample.setup))
@@ -167,7 +167,7 @@ class SerialSource(CloseOnExit):
         return Block.from_counts(t, [sample.counts for sample in samples], setup)
 
     def _check_alive(self, host: float) -> None:
-        fault, silence = self._decoder.fault, self._silence.grow(host)
+        fault, silence = self._decoder.fault, self._silence.update(host)
         if fault and self._run is None:
             raise DataError(f"{self.name}: {fault}")
         if silence > MAX_SILENCE:

@@ -1,23 +1,23 @@
-"""How long a source has been looked at in vain."""
+"""How long a source has sent no sample: a question of the link, not of motion."""
 
-_LONGEST_LOOK = 0.25
-"""s; a host that did not look for longer, because it was busy or stopped, cannot tell silence from its own absence."""
+_MAX_POLL_INTERVAL = 0.25
+"""s; a host that polls later was busy or suspended, and the samples of that time may be lost."""
 
 
 class Silence:
-    """Adds up the times between looks that found nothing."""
+    """Adds up the times between polls without a sample."""
 
     def __init__(self) -> None:
         self._last: float | None = None
         self._total = 0.0
 
-    def end(self) -> None:
-        """Forget the silence: something came."""
+    def reset(self) -> None:
+        """Begin anew after a sample."""
         self._last, self._total = None, 0.0
 
-    def grow(self, now: float) -> float:
-        """Count a look at `now` that found nothing, and return how long the silence has lasted, s."""
+    def update(self, now: float) -> float:
+        """Add a poll at time `now`, s, without a sample; return the length of the silence, s."""
         if self._last is not None:
-            self._total += min(now - self._last, _LONGEST_LOOK)
+            self._total += min(now - self._last, _MAX_POLL_INTERVAL)
         self._last = now
         return self._total

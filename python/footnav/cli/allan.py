@@ -26,7 +26,7 @@ def measure_noise(
     span: tuple[float, float] | None = None,
     reading: Reading = AS_FOUND,
 ) -> int:
-    """Measure the noise of a sensor that lies still, by its Allan deviation.
+    """Measure the noise of a sensor at rest, by its Allan deviation.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def measure_noise(
         defaults.
     inflation : tuple of float
         Factors of the white noise and of the bias walk in these settings, since a worn sensor is
-        noisier than one that lies still; 2 3 unless given.
+        noisier than one at rest; 2 3 unless given.
     span : tuple of float, optional
         First and last stamp of the rest in s; all of the recording unless given.
     reading : Reading

@@ -15,9 +15,9 @@ from footnav.capture.guide import Guide, Plan, Stage
 from footnav.capture.i2c_chip import ADDRESSES, check_address
 from footnav.capture.i2c_source import I2cSource
 from footnav.capture.recorder import Recorder
+from footnav.capture.rest_detection import RestMonitor
 from footnav.capture.serial_source import BAUD, SerialSource
 from footnav.capture.source import Source, stream
-from footnav.capture.stillness import Stillness
 from footnav.cli.console import print_error
 from footnav.cli.live import StatusLine, status_line
 from footnav.errors import ConfigError, DataError
@@ -290,15 +290,15 @@ class CaptureDisplay:
 
     def __init__(self, source: Source, shown: StatusLine, seconds: float) -> None:
         self._source, self._shown, self._seconds = source, shown, seconds
-        self._stillness = Stillness()
+        self._rest_monitor = RestMonitor()
         self._state = "..."
         self._start: float | None = None
         self._recent: deque[tuple[float, int]] = deque()
 
     def process(self, block: Block) -> bool:
         """Process a block; True once the capture is complete."""
-        for window in self._stillness.feed(block):
-            self._state = "at rest" if window.still else "moving"
+        for window in self._rest_monitor.feed(block):
+            self._state = "at rest" if window.at_rest else "moving"
         now = float(block.t[-1])
         self._start = float(block.t[0]) if self._start is None else self._start
         self._shown.update(

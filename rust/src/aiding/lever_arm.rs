@@ -1,55 +1,53 @@
-//! What a foot on the ground rolls about.
+//! Lever arm from the point about which the foot rotates on the ground to the sensor.
 //!
-//! A foot hardly ever stands quite still: it rolls from the heel to the ball.  A sensor at r (b)
-//! from the point that it rolls about has the velocity `C (ω × r)`, some mm/s where the foot is
-//! stillest, and always to the same side: at the heel it is on its way up by then, on the instep
-//! still on its way down.  Who takes it for zero is wrong by that velocity times the duration of
-//! the stride in each stride's height, and too short in its length.
+//! A foot in stance rolls from the heel to the ball.  A sensor at r (b) from the rotation centre has
+//! the velocity `C (ω × r)`, some mm/s where the foot turns least, and always to the same side.
+//! Taken for zero, it is an error of that velocity times the duration of the stride in the height of
+//! each stride, and shortens the stride.
 //!
-//! r is learned from contacts with the ground: the times around a stance in which the foot turns
-//! more slowly than a limit.  In a contact the strapdown alone gives the velocity but for a
-//! constant c,
+//! r is estimated from contacts with the ground: the times around a stance in which the angular rate
+//! stays below a limit.  In a contact the free-inertial velocity is known up to a constant c,
 //!
 //! ```text
 //! u(t) = C (ω × r) + c
 //! ```
 //!
-//! and r is the least squares solution with c eliminated.  A contact is longer than the stance in
-//! it, and the rates at its ends tell more of r than the stillest moment does.
+//! and r is the least-squares solution with c eliminated.  A contact is longer than the stance in it,
+//! and the rates at its ends carry more information on r than the stillest moment does.
 //!
-//! The foot rolls about the heel first and about the ball in the end; r belongs to a point between
-//! them, so the velocity stays uncertain in proportion to the angular rate.
+//! The rotation centre moves from the heel to the ball; r belongs to a point between them, so the
+//! velocity stays uncertain in proportion to the angular rate.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::ins::interval::Interval;
-use crate::ins::strapdown::Step;
+use crate::ins::strapdown::StrapdownStep;
 use crate::math::rotation_kernels;
-use crate::math::simd::Lanes;
+use crate::math::simd::Simd;
 
-/// Longest contact that is part of a stride, s; over a longer one the strapdown's velocity does not
-/// stay wrong by a constant.
-const LONGEST_CONTACT: f64 = 1.0;
+/// Longest contact that is used, s: over a longer one the error of the free-inertial velocity is no
+/// constant.
+const MAX_CONTACT_DURATION: f64 = 1.0;
 /// Variation of the angular rate at which a single contact says as much of r as the assumption that
 /// it is zero, rad/s.
-const SLIGHT_ROLL: f64 = 0.1;
+const MIN_EXCITATION: f64 = 0.1;
 /// Square of how far what the foot rolls about wanders in a contact, 3 cm, over how far it may be
 /// from the sensor, 10 cm.  It wanders alike in every stride, so no number of them makes up for it.
-const WANDERING: f64 = 0.1;
+const LEVER_ARM_VARIATION: f64 = 0.1;
 /// Share of what the contacts before told that is kept when a new one is over: a memory of some 20
 /// strides.
-const KEPT: f64 = 0.95;
+const FORGETTING_FACTOR: f64 = 0.95;
 
-/// Learns what the foot rolls about.
+/// Estimates the lever arm.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rolling {
+pub(crate) struct LeverArmEstimator {
     contact: Contact,
     normal: Matrix3<f64>,
     right: Vector3<f64>,
     lever: Vector3<f64>,
 }
 
-impl Rolling {
+impl LeverArmEstimator {
     /// Velocity of the sensor on a foot that rolls with `angular_rate` (b, rad/s), b, m/s.
     #[inline]
     pub(crate) fn velocity(&self, angular_rate: &Vector3<f64>) -> Vector3<f64> {
@@ -58,14 +56,14 @@ impl Rolling {
 
     /// Goes on by one interval; a contact lasts while the angular rate is below `limit` (rad/s).
     #[inline(always)]
-    pub(crate) fn step<L: Lanes>(&mut self, interval: &Interval, stationary: bool, limit: f64) {
+    pub(crate) fn step(&mut self, simd: impl Simd, interval: &Interval, stance: bool, limit: f64) {
         if interval.step.dt <= 0.0 {
             return;
         }
         if interval.angular_rate.norm_squared() < limit.powi(2) {
-            self.contact.step::<L>(interval, stationary);
+            self.contact.step(simd, interval, stance);
         } else if self.contact.duration > 0.0 {
-            self.lift_off();
+            self.end_contact();
         }
     }
 
@@ -74,19 +72,19 @@ impl Rolling {
         self.contact = Contact::default();
     }
 
-    /// The contact is over, and tells of r if the foot stood meanwhile.
+    /// The contact is over, and tells of r if the foot had_stance meanwhile.
     #[cold]
-    fn lift_off(&mut self) {
+    fn end_contact(&mut self) {
         let contact = std::mem::take(&mut self.contact);
-        if !contact.stood || contact.duration > LONGEST_CONTACT {
+        if !contact.had_stance || contact.duration > MAX_CONTACT_DURATION {
             return;
         }
         let (normal, right) = contact.equations();
-        self.normal = KEPT * self.normal + normal;
-        self.right = KEPT * self.right + right;
+        self.normal = FORGETTING_FACTOR * self.normal + normal;
+        self.right = FORGETTING_FACTOR * self.right + right;
         // Two of the three directions count: along the axis that the foot rolls about, r is of no
         // effect.
-        let ridge = SLIGHT_ROLL.powi(2) + WANDERING * 0.5 * self.normal.trace();
+        let ridge = MIN_EXCITATION.powi(2) + LEVER_ARM_VARIATION * 0.5 * self.normal.trace();
         if let Some(factor) = (self.normal + Matrix3::from_diagonal_element(ridge)).cholesky() {
             self.lever = factor.solve(&self.right);
         }
@@ -98,7 +96,7 @@ impl Rolling {
 #[derive(Clone, Debug, Default)]
 struct Contact {
     duration: f64,
-    stood: bool,
+    had_stance: bool,
     velocity: Vector3<f64>,
     a: Matrix3<f64>,
     u: Vector3<f64>,
@@ -110,21 +108,25 @@ struct Contact {
 
 impl Contact {
     #[inline(always)]
-    fn step<L: Lanes>(&mut self, interval: &Interval, stationary: bool) {
-        let Interval { step: Step { dt, attitude, .. }, angular_rate, velocity_gain, .. } =
-            interval;
+    fn step(&mut self, simd: impl Simd, interval: &Interval, stance: bool) {
+        let Interval {
+            step: StrapdownStep { dt, attitude, .. },
+            angular_rate,
+            velocity_change,
+            ..
+        } = interval;
         // The angular rate is the mean over the interval, so it goes with the velocity in the
         // middle.
-        let u = rotation_kernels::plus_scaled::<L>(&self.velocity, 0.5, velocity_gain);
-        self.velocity += velocity_gain;
+        let u = rotation_kernels::add_scaled(simd, &self.velocity, 0.5, velocity_change);
+        self.velocity += velocity_change;
         self.duration += dt;
-        self.stood |= stationary;
+        self.had_stance |= stance;
         let angle = *dt * angular_rate;
-        self.a = rotation_kernels::plus_times_cross_matrix::<L>(&self.a, attitude, &angle);
-        self.u = rotation_kernels::plus_scaled::<L>(&self.u, *dt, &u);
+        self.a = rotation_kernels::add_cross_matrix_product(simd, &self.a, attitude, &angle);
+        self.u = rotation_kernels::add_scaled(simd, &self.u, *dt, &u);
         self.squares += angle.component_mul(angular_rate);
         self.mixed += angle.component_mul(&angular_rate.yzx());
-        self.a_u = rotation_kernels::plus_cross::<L>(&self.a_u, &attitude.tr_mul(&u), &angle);
+        self.a_u = rotation_kernels::add_cross(simd, &self.a_u, &attitude.tr_mul(&u), &angle);
     }
 
     /// The normal equations of r with c eliminated; each contact has the same say however long it
@@ -152,16 +154,21 @@ mod tests {
     fn interval(
         angular_rate: Vector3<f64>,
         attitude: Matrix3<f64>,
-        velocity_gain: Vector3<f64>,
+        velocity_change: Vector3<f64>,
         dt: f64,
     ) -> Interval {
-        let step = Step { dt, velocity_increment_n: Vector3::zeros(), attitude };
-        Interval { step, bridged: 0.0, angular_rate, velocity_gain }
+        let step = StrapdownStep { dt, velocity_increment_n: Vector3::zeros(), attitude };
+        Interval { step, gap_duration: 0.0, angular_rate, velocity_change }
     }
 
     /// A contact of `duration` s on a point at -`lever` (b) from the sensor, with a velocity that
     /// is wrong by a constant, and a fast swing after it.
-    fn contact(rolling: &mut Rolling, lever: &Vector3<f64>, duration: f64, stationary: bool) {
+    fn contact(
+        estimator: &mut LeverArmEstimator,
+        lever: &Vector3<f64>,
+        duration: f64,
+        stationary: bool,
+    ) {
         let mut attitude = UnitQuaternion::from_euler_angles(0.1, -0.2, 0.7);
         let mut time = 0.0;
         let mut before = None;
@@ -177,7 +184,8 @@ mod tests {
             attitude *= exp(&(rate * DT));
             let now = velocity(&attitude);
             let matrix = attitude.to_rotation_matrix().into_inner();
-            rolling.step::<Baseline>(
+            estimator.step(
+                Baseline,
                 &interval(rate, matrix, now - began, DT),
                 stationary && (0.3..0.5).contains(&phase),
                 LIMIT,
@@ -187,7 +195,7 @@ mod tests {
         }
         let swing =
             interval(Vector3::new(0.0, 5.0, 0.0), Matrix3::identity(), Vector3::zeros(), DT);
-        rolling.step::<Baseline>(&swing, false, LIMIT);
+        estimator.step(Baseline, &swing, false, LIMIT);
     }
 
     proptest! {
@@ -197,12 +205,12 @@ mod tests {
         fn it_finds_what_the_foot_rolls_about(
             lever in [-0.15..0.15, -0.15..0.15, -0.15..0.15_f64].prop_map(Vector3::from),
         ) {
-            let mut rolling = Rolling::default();
+            let mut estimator = LeverArmEstimator::default();
             for _ in 0..60 {
-                contact(&mut rolling, &lever, 0.5, true);
+                contact(&mut estimator, &lever, 0.5, true);
             }
             let rate = Vector3::new(0.0, 0.2, 0.0);
-            let (found, truth) = (rolling.velocity(&rate), rate.cross(&lever));
+            let (found, truth) = (estimator.velocity(&rate), rate.cross(&lever));
             // What wanders may not be believed in full.
             prop_assert!((found - truth).norm() < 0.2 * rate.norm() * lever.norm() + 1e-3, "{found}, {truth}");
         }
@@ -211,12 +219,12 @@ mod tests {
     #[test]
     fn a_slow_swing_and_a_long_rest_tell_nothing() {
         let lever = Vector3::new(0.05, 0.0, 0.1);
-        let mut rolling = Rolling::default();
-        contact(&mut rolling, &lever, 0.5, false);
-        contact(&mut rolling, &lever, 1.1, true);
-        assert_eq!(rolling.velocity(&Vector3::y()), Vector3::zeros());
-        contact(&mut rolling, &lever, 0.5, true);
-        assert!(rolling.velocity(&Vector3::y()).norm() > 0.05);
+        let mut estimator = LeverArmEstimator::default();
+        contact(&mut estimator, &lever, 0.5, false);
+        contact(&mut estimator, &lever, 1.1, true);
+        assert_eq!(estimator.velocity(&Vector3::y()), Vector3::zeros());
+        contact(&mut estimator, &lever, 0.5, true);
+        assert!(estimator.velocity(&Vector3::y()).norm() > 0.05);
     }
 
     #[test]
@@ -229,11 +237,11 @@ mod tests {
                 dt,
             )
         };
-        let mut rolling = Rolling::default();
-        rolling.step::<Baseline>(&turn(0.5, DT), true, LIMIT);
-        rolling.step::<Baseline>(&turn(5.0, 0.0), false, LIMIT);
-        assert!(rolling.contact.stood);
-        rolling.interrupt();
-        assert!(!rolling.contact.stood && rolling.contact.duration == 0.0);
+        let mut estimator = LeverArmEstimator::default();
+        estimator.step(Baseline, &turn(0.5, DT), true, LIMIT);
+        estimator.step(Baseline, &turn(5.0, 0.0), false, LIMIT);
+        assert!(estimator.contact.had_stance);
+        estimator.interrupt();
+        assert!(!estimator.contact.had_stance && estimator.contact.duration == 0.0);
     }
 }

@@ -1,47 +1,48 @@
-//! What the zero velocities of a stance have in common, and how far it leads.
+//! Correlation of the zero-velocity updates of one stance.
 //!
-//! A foot in stance rolls and sinks in one direction, so the errors of its zero velocities do not
-//! average out: it leaves the stance with the velocity that they were wrong by, and keeps it until
-//! the next one.  The track is the same; the position is less certain, by that velocity times the
-//! time that the foot was away.
+//! A foot in stance rolls and sinks in one direction, so the errors of its zero-velocity updates do
+//! not average out: the foot leaves the stance with the common error of its velocity, and keeps it
+//! until the next one.  The position gains the variance of that error times the square of the time
+//! since the stance, as process noise.
 
-/// The zero velocities of the newest stance.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Footing {
-    /// Number of the stance's zero velocities, and the sum of their inverse variances.
+/// The zero-velocity updates of the newest stance.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ZuptCorrelation {
+    /// Number of updates in the stance, and the sum of their inverse variances.
     updates: f64,
     information: f64,
     /// Time since the last of them, s.
-    gone_for: f64,
-    /// Variance that the position has still to gain, m².
-    strayed: f64,
+    time_since_zupt: f64,
+    /// Variance that the position has yet to gain, m².
+    pending_position_variance: f64,
 }
 
-impl Footing {
-    /// A zero velocity was used.
-    pub(crate) fn stand(&mut self, variance: f64) {
-        if self.gone_for > 0.0 {
-            *self = Self { strayed: self.strayed, ..Self::default() };
+impl ZuptCorrelation {
+    /// Counts an update of this `variance` (m²/s²).
+    pub(crate) fn record(&mut self, variance: f64) {
+        if self.time_since_zupt > 0.0 {
+            let pending_position_variance = self.pending_position_variance;
+            *self = Self { pending_position_variance, ..Self::default() };
         }
         self.updates += 1.0;
         self.information += variance.recip();
     }
 
-    /// The foot goes on for `dt` (s) without one; `shared` is the part of the standard deviation
-    /// that all of the stance have in common.
-    pub(crate) fn go_on(&mut self, dt: f64, shared: f64) {
+    /// Propagates over an interval of `dt` (s) without an update; `correlation` is the common part of
+    /// the standard deviation.
+    pub(crate) fn propagate(&mut self, dt: f64, correlation: f64) {
         if self.updates == 0.0 {
             return;
         }
-        let before = self.gone_for;
-        self.gone_for += dt;
-        self.strayed += shared.powi(2) * self.updates / self.information
-            * (self.gone_for.powi(2) - before.powi(2));
+        let before = self.time_since_zupt;
+        self.time_since_zupt += dt;
+        self.pending_position_variance += correlation.powi(2) * self.updates / self.information
+            * (self.time_since_zupt.powi(2) - before.powi(2));
     }
 
-    /// The variance that the position gains with the next prediction, m².
-    pub(crate) fn take_strayed(&mut self) -> f64 {
-        std::mem::take(&mut self.strayed)
+    /// The variance that the position has yet to gain, m²; it counts as gained.
+    pub(crate) fn take_position_variance(&mut self) -> f64 {
+        std::mem::take(&mut self.pending_position_variance)
     }
 }
 
@@ -50,23 +51,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_foot_takes_along_what_its_last_stance_was_wrong_by() {
-        let mut footing = Footing::default();
-        footing.go_on(0.1, 0.5);
-        assert!(footing.take_strayed() < f64::MIN_POSITIVE);
-        footing.stand(1.0);
-        footing.go_on(0.3, 0.0);
+    fn position_variance_follows_the_common_error_of_the_last_stance() {
+        let mut correlation = ZuptCorrelation::default();
+        correlation.propagate(0.1, 0.5);
+        assert!(correlation.take_position_variance() < f64::MIN_POSITIVE);
+        correlation.record(1.0);
+        correlation.propagate(0.3, 0.0);
         for variance in [0.04, 0.01] {
-            footing.stand(variance);
+            correlation.record(variance);
         }
-        let strayed: f64 = [0.1, 0.2, 0.5]
+        let gained: f64 = [0.1, 0.2, 0.5]
             .iter()
             .map(|&dt| {
-                footing.go_on(dt, 0.5);
-                footing.take_strayed()
+                correlation.propagate(dt, 0.5);
+                correlation.take_position_variance()
             })
             .sum();
-        let shared = 0.25 * 2.0 / (1.0 / 0.04 + 1.0 / 0.01);
-        assert!((strayed - shared * 0.8_f64.powi(2)).abs() < 1e-15, "{strayed}");
+        let common = 0.25 * 2.0 / (1.0 / 0.04 + 1.0 / 0.01);
+        assert!((gained - common * 0.8_f64.powi(2)).abs() < 1e-15, "{gained}");
     }
 }

@@ -6,8 +6,9 @@
 //! Turn-on biases are standard deviations of uncalibrated parts where the sheet bounds them only
 //! (MPU-6050: 20 deg/s, 50 to 80 mg).
 
-use crate::config::{Config, SensorConfig};
+use crate::config::Config;
 use crate::error::ConfigError;
+use crate::types::sensor::SensorConfig;
 
 /// Names of the known sensors.
 pub const PRESETS: [&str; 5] = ["mpu6050", "mti-g710", "stim300", "ngimu", "vn100"];

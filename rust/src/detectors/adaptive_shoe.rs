@@ -2,23 +2,82 @@
 //!
 //! How still a foot gets in stance depends on the person, the gait and the sensor, by factors of a
 //! thousand; that it gets stiller there than anywhere else in the stride does not.  So a sample is
-//! stationary where its statistic is within a small min_factor of the least one around it, or below
-//! a noise_floor that no moving foot reaches; and never above a upper_bound that no standing foot
+//! stationary where its statistic is within a small factor of the least one around it, or below a
+//! noise floor that no moving foot reaches; and never above an upper bound that no standing foot
 //! reaches.
 //!
 //! A swing that lasts longer than the detector looks has a least statistic too.  But a stance is
 //! stiller than the swing next to it by orders of magnitude, and a pause of a slow swing is not:
-//! above the noise_floor, a stationary sample's statistic must also be small against the greatest
+//! above the noise floor, a stationary sample's statistic must also be small against the greatest
 //! one around it.
 
-use crate::config::AdaptiveShoeConfig;
 use crate::detectors::delay::Delay;
-use crate::detectors::detector::{Decision, Detector};
+use crate::detectors::detector::{Decision, Detector, DetectorSettings};
 use crate::detectors::latency_counter::LatencyCounter;
 use crate::detectors::shoe::ShoeStatistic;
 use crate::detectors::sliding_min_max::{MinMax, SlidingMinMax, max, min};
+use crate::detectors::sliding_window::WINDOW_LIMITS;
+use crate::error::ConfigError;
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::rate::samples;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// SHOE with a threshold that follows the stride: a multiple of the statistic's local minimum.
+    pub struct AdaptiveShoeConfig: "detector", also bounds_in_order {
+        /// Length of the statistic's window.
+        window: f64 = 0.05, "s", WINDOW_LIMITS;
+        /// Standard deviation that weights the specific force.
+        accel_std: f64 = 0.02, "m/s²", Limits::Positive;
+        /// Standard deviation that weights the angular rate.
+        gyro_std: f64 = 8.7e-3, "rad/s", Limits::Positive;
+        /// Time before the sample over which the minimum is taken.
+        look_behind: f64 = 0.6, "s", Limits::Between(0.0, 10.0);
+        /// Time after the sample over which the minimum is taken; the latency is this and half a
+        /// window.
+        look_ahead: f64 = 0.6, "s", Limits::Between(0.0, 10.0);
+        /// Multiple of the minimum up to which a sample is stationary.
+        min_factor: f64 = 1.5, "", Limits::AtLeast(1.0);
+        /// Statistic up to which a sample is stationary however low the minimum is: at rest the
+        /// minimum is noise alone.
+        noise_floor: f64 = 500.0, "", Limits::NonNegative;
+        /// Statistic above which a sample is never stationary; at least `noise_floor`.
+        upper_bound: f64 = 2.0e5, "", Limits::NonNegative;
+        /// Fraction of the local maximum up to which a sample is stationary: a slow swing has
+        /// minima too.
+        max_fraction: f64 = 0.015, "", Limits::Between(0.0, 1.0);
+    }
+}
+
+impl AdaptiveShoeConfig {
+    /// For a stream that must not be late by more than 0.3 s.
+    ///
+    /// A quarter of a second ahead there may be no more than the end of a swing, so that the swing
+    /// which a stance is compared with is often only seen behind it; the stance must be stiller
+    /// than that by a little more.
+    #[must_use]
+    pub fn live() -> Self {
+        Self { look_ahead: 0.25, max_fraction: 0.01, ..Self::default() }
+    }
+
+    fn bounds_in_order(&self) -> Result<(), ConfigError> {
+        if self.upper_bound >= self.noise_floor {
+            return Ok(());
+        }
+        Err(ConfigError::OutOfRange {
+            key: "detector.upper_bound",
+            value: self.upper_bound.to_string(),
+            expected: "at least detector.noise_floor".into(),
+        })
+    }
+}
+
+impl DetectorSettings for AdaptiveShoeConfig {
+    fn build(&self, rate_hz: f64, gravity: f64) -> Box<dyn Detector> {
+        Box::new(AdaptiveShoe::new(self, rate_hz, gravity))
+    }
+}
 
 /// SHOE whose threshold is a multiple of the statistic's minimum around the sample.
 ///

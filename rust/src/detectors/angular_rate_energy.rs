@@ -4,10 +4,31 @@
 //! Skog, Händel, Nilsson, Rantakokko 2010: the angular rate energy detector, with the gyroscope's
 //! variance left to the threshold.
 
-use crate::config::AngularRateEnergyConfig;
-use crate::detectors::detector::Decision;
-use crate::detectors::window_test::WindowTest;
+use crate::detectors::detector::{Decision, Detector, DetectorSettings};
+use crate::detectors::sliding_window::WINDOW_LIMITS;
+use crate::detectors::window_test::{WindowTest, WindowedDetector};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// Energy of the angular rate: ARE of Skog et al. 2010.
+    ///
+    /// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
+    /// IMU.
+    pub struct AngularRateEnergyConfig: "detector" {
+        /// Length of the window.
+        window: f64 = 0.1, "s", WINDOW_LIMITS;
+        /// Mean square of the angular rate up to which a sample is stationary.
+        threshold: f64 = 0.8, "rad²/s²", Limits::Positive;
+    }
+}
+
+impl DetectorSettings for AngularRateEnergyConfig {
+    fn build(&self, rate_hz: f64, _: f64) -> Box<dyn Detector> {
+        Box::new(WindowedDetector::new(self.window, rate_hz, AngularRateEnergy::new(self)))
+    }
+}
 
 /// Stationary where the mean of |ω|² over the window is low.
 #[derive(Clone, Debug)]

@@ -43,7 +43,7 @@ impl Decision {
     }
 }
 
-/// The max_nan of two; NaN if either is, where `f64::max` would take the other.
+/// The larger of two; NaN if either is, where `f64::max` would take the other.
 pub(crate) fn max_nan(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }
@@ -51,6 +51,12 @@ pub(crate) fn max_nan(a: f64, b: f64) -> f64 {
 /// By how much |f| exceeds gravity, m/s².
 pub(crate) fn magnitude_excess(sample: &ImuSample, gravity: f64) -> f64 {
     sample.specific_force.norm() - gravity
+}
+
+/// Settings that a stance detector is made from.
+pub(crate) trait DetectorSettings {
+    /// The detector for samples at `rate_hz`, with gravity in m/s².
+    fn build(&self, rate_hz: f64, gravity: f64) -> Box<dyn Detector>;
 }
 
 /// A stance detector that takes one calibrated sample after the other.

@@ -19,12 +19,33 @@
 
 use nalgebra::Vector3;
 
-use crate::config::GraphTheoreticConfig;
-use crate::detectors::detector::{Decision, Detector, max_nan};
+use crate::detectors::detector::{Decision, Detector, DetectorSettings, max_nan};
 use crate::detectors::latency_counter::LatencyCounter;
-use crate::detectors::sliding_window::Window;
+use crate::detectors::sliding_window::{WINDOW_LIMITS, Window};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::rate::number;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// Contrast of the specific force between the parts of a window (MBGTD).
+    ///
+    /// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
+    /// IMU.
+    pub struct GraphTheoreticConfig: "detector" {
+        /// Length of the window.
+        window: f64 = 0.15, "s", WINDOW_LIMITS;
+        /// Mean distance between the parts less that within them, largest over the cuts, up to
+        /// which a sample is stationary.
+        threshold: f64 = 0.3, "m/s²", Limits::Positive;
+    }
+}
+
+impl DetectorSettings for GraphTheoreticConfig {
+    fn build(&self, rate_hz: f64, _: f64) -> Box<dyn Detector> {
+        Box::new(GraphTheoretic::new(self, rate_hz))
+    }
+}
 
 /// Stationary where no cut of the window tells its parts apart.
 #[derive(Clone, Debug)]

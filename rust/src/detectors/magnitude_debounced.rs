@@ -8,11 +8,37 @@
 use std::collections::VecDeque;
 use std::iter;
 
-use crate::config::MagnitudeDebouncedConfig;
 use crate::detectors::debounce::Debounce;
-use crate::detectors::detector::{Decision, Detector, magnitude_excess};
+use crate::detectors::detector::{Decision, Detector, DetectorSettings, magnitude_excess};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::rate::samples;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// Magnitude of the specific force, debounced (Abdulrahim et al.).
+    ///
+    /// The statistic and its threshold are those of each sample alone; the decision also depends on
+    /// the samples around it.
+    ///
+    /// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
+    /// IMU; the paper prints none.
+    pub struct MagnitudeDebouncedConfig: "detector" {
+        /// Deviation of the magnitude from gravity from which a sample moves.
+        magnitude_gate: f64 = 0.3, "m/s²", Limits::Positive;
+        /// Longest gap between two detections that is filled.
+        longest_gap: f64 = 0.02, "s", Limits::Between(0.0, 10.0);
+        /// Shortest stance, gaps filled, that is kept.  The latency is this and `longest_gap`, less
+        /// one sample.
+        shortest_stance: f64 = 0.15, "s", Limits::Between(0.0, 10.0);
+    }
+}
+
+impl DetectorSettings for MagnitudeDebouncedConfig {
+    fn build(&self, rate_hz: f64, gravity: f64) -> Box<dyn Detector> {
+        Box::new(MagnitudeDebounced::new(self, rate_hz, gravity))
+    }
+}
 
 /// Stationary where |f| stays near gravity for long enough, short excursions apart.
 ///

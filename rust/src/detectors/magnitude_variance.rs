@@ -4,15 +4,38 @@
 //! Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial
 //! Sensors": eqs. 4-5.
 
-use crate::config::MagnitudeVarianceConfig;
-use crate::detectors::detector::{Decision, magnitude_excess};
-use crate::detectors::sliding_window::variance;
-use crate::detectors::window_test::WindowTest;
+use crate::detectors::detector::{Decision, Detector, DetectorSettings, magnitude_excess};
+use crate::detectors::sliding_window::{WINDOW_LIMITS, variance};
+use crate::detectors::window_test::{WindowTest, WindowedDetector};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// Magnitude and sliding variance of the specific force (Wu et al., eqs. 4-5).
+    ///
+    /// The gates are the paper's 0.06, which it prints without a unit; in m/s² and m²/s⁴ they work
+    /// on real recordings of an MPU6050, in g they do not.
+    pub struct MagnitudeVarianceConfig: "detector" {
+        /// Length of the variance's window: 11 samples at 200 Hz in the paper.
+        window: f64 = 0.055, "s", WINDOW_LIMITS;
+        /// Deviation of the magnitude from gravity (`Gate_B`) from which a sample moves.
+        magnitude_gate: f64 = 0.06, "m/s²", Limits::Positive;
+        /// Variance of the magnitude (`Gate_V`) from which a sample moves.
+        variance_gate: f64 = 0.06, "m²/s⁴", Limits::Positive;
+    }
+}
+
+impl DetectorSettings for MagnitudeVarianceConfig {
+    fn build(&self, rate_hz: f64, gravity: f64) -> Box<dyn Detector> {
+        let test = MagnitudeVariance::new(self, gravity);
+        Box::new(WindowedDetector::new(self.window, rate_hz, test))
+    }
+}
 
 /// Stationary where the magnitude is near gravity and varies little around the sample.
 ///
-/// The statistic is the max_nan of both quantities in units of their gates, so its threshold is
+/// The statistic is the larger of both quantities in units of their gates, so its threshold is
 /// one.
 #[derive(Clone, Debug)]
 pub(crate) struct MagnitudeVariance {

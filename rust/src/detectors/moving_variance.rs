@@ -7,11 +7,32 @@
 
 use nalgebra::Vector3;
 
-use crate::config::MovingVarianceConfig;
-use crate::detectors::detector::Decision;
-use crate::detectors::sliding_window::at_least_zero;
-use crate::detectors::window_test::WindowTest;
+use crate::detectors::detector::{Decision, Detector, DetectorSettings};
+use crate::detectors::sliding_window::{WINDOW_LIMITS, at_least_zero};
+use crate::detectors::window_test::{WindowTest, WindowedDetector};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// Moving variance of the specific force: MV of Skog et al. 2010.
+    ///
+    /// The defaults were chosen on real walks with a VN-100, an MPU6050, an NGIMU and OpenShoe's
+    /// IMU.
+    pub struct MovingVarianceConfig: "detector" {
+        /// Length of the window.
+        window: f64 = 0.15, "s", WINDOW_LIMITS;
+        /// Variance of the specific force, summed over the axes, up to which a sample is
+        /// stationary.
+        threshold: f64 = 0.2, "m²/s⁴", Limits::Positive;
+    }
+}
+
+impl DetectorSettings for MovingVarianceConfig {
+    fn build(&self, rate_hz: f64, _: f64) -> Box<dyn Detector> {
+        Box::new(WindowedDetector::new(self.window, rate_hz, MovingVariance::new(self)))
+    }
+}
 
 /// Stationary where the variance of the vector f over the window, the sum of its axes', is low.
 #[derive(Clone, Debug)]

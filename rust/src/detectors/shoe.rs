@@ -6,11 +6,32 @@
 
 use nalgebra::Vector3;
 
-use crate::config::ShoeConfig;
-use crate::detectors::detector::{Decision, Detector};
+use crate::detectors::detector::{Decision, Detector, DetectorSettings};
 use crate::detectors::latency_counter::LatencyCounter;
-use crate::detectors::sliding_window::{Window, at_least_zero};
+use crate::detectors::sliding_window::{WINDOW_LIMITS, Window, at_least_zero};
+use crate::limits::Limits;
+use crate::settings::settings;
 use crate::types::sample::ImuSample;
+
+settings! {
+    /// SHOE with a fixed threshold (Skog et al. 2010).
+    pub struct ShoeConfig: "detector" {
+        /// Length of the window.
+        window: f64 = 0.025, "s", WINDOW_LIMITS;
+        /// Standard deviation that weights the specific force.
+        accel_std: f64 = 0.02, "m/s²", Limits::Positive;
+        /// Standard deviation that weights the angular rate.
+        gyro_std: f64 = 8.7e-3, "rad/s", Limits::Positive;
+        /// Statistic up to which a sample is stationary.
+        threshold: f64 = 3.0e3, "", Limits::Positive;
+    }
+}
+
+impl DetectorSettings for ShoeConfig {
+    fn build(&self, rate_hz: f64, gravity: f64) -> Box<dyn Detector> {
+        Box::new(Shoe::new(self, rate_hz, gravity))
+    }
+}
 
 /// The statistic alone.
 #[derive(Clone, Debug)]

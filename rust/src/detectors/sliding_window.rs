@@ -1,6 +1,10 @@
 //! Sums over a sliding window that is centred on the sample in question.
 
+use crate::limits::Limits;
 use crate::types::rate::{number, samples};
+
+/// Limits of a window's length, s.
+pub(crate) const WINDOW_LIMITS: Limits = Limits::Between(1.0e-4, 10.0);
 
 /// The sums of `N` features over the last samples; NaN until there are as many as the window is
 /// long.

@@ -22,10 +22,11 @@ use crate::filter::covariance::Covariance;
 use crate::filter::error_state::{Block, LinearMap};
 use crate::filter::kernels::forward::{Columns, move_columns, reduce_columns};
 use crate::filter::observation::Observation;
+use crate::filter::process_noise::Noise;
 use crate::filter::recorder::FilterRecorder;
-use crate::filter::transition::{Noise, Transition};
+use crate::filter::transition::Transition;
 use crate::math::block_matrix::Block3;
-use crate::math::simd::{Lanes, Work, dispatch};
+use crate::math::simd::{Simd, WithSimd};
 
 /// Pose errors of an instant before, and what the errors of now have to do with them.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,12 +82,12 @@ fn pose_rows(columns: &Columns) -> Matrix4<f64> {
 
 impl LinearMap for ClonedErrors {
     #[inline]
-    fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
+    fn add_transformed(&mut self, _: impl Simd, target: Block, source: Block, m: &Matrix3<f64>) {
         self.replace(target, &(self.block(target) + m * self.block(source)));
     }
 
     #[inline]
-    fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
+    fn add_scaled(&mut self, _: impl Simd, target: Block, source: Block, scale: f64) {
         self.replace(target, &(self.block(target) + scale * self.block(source)));
     }
 
@@ -98,22 +99,22 @@ impl LinearMap for ClonedErrors {
 
 impl FilterRecorder for ClonedErrors {
     #[inline]
-    fn transition(&mut self, transition: &Transition, _: &Noise) {
-        dispatch(Move { x: &mut self.cross, transition });
-        transition.turn_with_earth(self);
+    fn transition(&mut self, simd: impl Simd, transition: &Transition, _: &Noise) {
+        simd.vectorize(Propagate { cross: &mut self.cross, transition });
+        transition.apply_earth_rate(self);
     }
 
     #[inline]
     fn inflate(&mut self, _: Block, _: f64) {}
 
     #[inline]
-    fn couple(&mut self, m: &Matrix3<f64>) {
-        self.add_transformed(Block::Attitude, Block::AccelBias, m);
+    fn couple(&mut self, simd: impl Simd, m: &Matrix3<f64>) {
+        self.add_transformed(simd, Block::Attitude, Block::AccelBias, m);
     }
 
     #[inline]
-    fn observation(&mut self, observation: &Observation) {
-        dispatch(Reduce { x: &mut self.cross, observation });
+    fn observation(&mut self, simd: impl Simd, observation: &Observation) {
+        simd.vectorize(Reduce { cross: &mut self.cross, observation });
     }
 
     #[inline]
@@ -122,33 +123,35 @@ impl FilterRecorder for ClonedErrors {
     }
 }
 
-struct Move<'a> {
-    x: &'a mut Columns,
+/// X becomes F X, without Earth rate.
+struct Propagate<'a> {
+    cross: &'a mut Columns,
     transition: &'a Transition,
 }
 
-impl Work for Move<'_> {
+impl WithSimd for Propagate<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let (half, tilt, bias) = self.transition.shears();
-        move_columns::<L>(self.x, half, &tilt, &bias);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (half, tilt, bias) = self.transition.factors();
+        move_columns(simd, self.cross, half, &tilt, &bias);
     }
 }
 
+/// X becomes (I - K H) X.
 struct Reduce<'a> {
-    x: &'a mut Columns,
+    cross: &'a mut Columns,
     observation: &'a Observation,
 }
 
-impl Work for Reduce<'_> {
+impl WithSimd for Reduce<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Observation { block, whitener, whitened_gain, .. } = self.observation;
-        reduce_columns::<L>(self.x, block.index(), whitener, whitened_gain);
+        reduce_columns(simd, self.cross, block.index(), whitener, whitened_gain);
     }
 }
 
@@ -159,7 +162,8 @@ mod tests {
 
     use super::*;
     use crate::filter::error_state::{ErrorStates, STATES};
-    use crate::ins::strapdown::Step;
+    use crate::ins::strapdown::StrapdownStep;
+    use crate::math::simd::Baseline;
 
     const ALL: usize = STATES + 4;
     const NOISE: f64 = 1.0e-3;
@@ -167,15 +171,15 @@ mod tests {
     type Dense = SMatrix<f64, ALL, ALL>;
     type Selector = SMatrix<f64, ALL, STATES>;
 
-    /// What the filter does in one row: moves, ties or not, and observes a block, or forgets it.
+    /// What the filter does in one row: moves, ties or not, and observes a block, or resets it.
     #[derive(Clone, Debug)]
     struct Move {
         force: Vector3<f64>,
         turn: Vector3<f64>,
-        tie: Option<Vector3<f64>>,
+        coupling: Option<Vector3<f64>>,
         block: Block,
         axis: Option<usize>,
-        forgets: bool,
+        resets: bool,
     }
 
     fn vectors(limit: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -191,13 +195,13 @@ mod tests {
             prop::option::of(0_usize..3),
             prop::bool::weighted(0.1),
         );
-        let one = one.prop_map(|(force, turn, tie, block, axis, forgets)| Move {
+        let one = one.prop_map(|(force, turn, coupling, block, axis, resets)| Move {
             force,
             turn,
-            tie,
+            coupling,
             block,
             axis,
-            forgets,
+            resets,
         });
         prop::collection::vec(one, 1..12)
     }
@@ -255,41 +259,46 @@ mod tests {
         fn transition(&self) -> Transition {
             let attitude =
                 UnitQuaternion::from_scaled_axis(self.turn).to_rotation_matrix().into_inner();
-            let step = Step { dt: 0.1, velocity_increment_n: 0.1 * self.force, attitude };
+            let step = StrapdownStep { dt: 0.1, velocity_increment_n: 0.1 * self.force, attitude };
             Transition::new(&step, &Vector3::new(0.0, 0.02, 0.03))
         }
 
         fn couple(&self) -> Option<Matrix3<f64>> {
-            self.tie.map(|v| crate::math::rotation::cross_matrix(&v))
+            self.coupling.map(|v| crate::math::rotation::cross_matrix(&v))
         }
 
         fn of_filter(&self, p: &mut Covariance, recorder: &mut impl FilterRecorder) {
             let transition = self.transition();
-            transition.apply(p);
-            recorder.transition(&transition, &Noise::default());
+            transition.apply(Baseline, p);
+            recorder.transition(Baseline, &transition, &Noise::default());
             if let Some(m) = self.couple() {
-                p.add_transformed(Block::Attitude, Block::AccelBias, &m);
-                recorder.couple(&m);
+                p.add_transformed(Baseline, Block::Attitude, Block::AccelBias, &m);
+                recorder.couple(Baseline, &m);
             }
             add_to_all(p, NOISE);
-            if self.forgets {
-                p.replace(self.block, 1.0);
+            if self.resets {
+                p.reset_block(self.block, &Vector3::repeat(1.0));
                 recorder.reset_block(self.block, &Vector3::repeat(1.0));
                 return;
             }
-            let (_, observation) = match self.axis {
-                None => p.observe(self.block, &Vector3::zeros(), NOISE, f64::INFINITY),
-                Some(axis) => p.observe_axis(self.block, axis, 0.0, NOISE, f64::INFINITY),
+            let (zero, mut used) = (Vector3::zeros(), None);
+            let r = Matrix3::from_diagonal_element(NOISE);
+            match self.axis {
+                None => p.observe(Baseline, self.block, &zero, &r, f64::INFINITY, &mut used),
+                Some(axis) => {
+                    let state = (self.block, axis);
+                    p.observe_axis(Baseline, state, 0.0, NOISE, f64::INFINITY, &mut used)
+                }
             };
-            recorder.observation(&observation.unwrap());
+            recorder.observation(Baseline, &used.unwrap());
         }
 
         fn of_dense(&self, p: &mut Dense) {
             let transition = self.transition();
             let f = whole(|states| {
-                transition.apply(states);
+                transition.apply(Baseline, states);
                 if let Some(m) = self.couple() {
-                    states.add_transformed(Block::Attitude, Block::AccelBias, &m);
+                    states.add_transformed(Baseline, Block::Attitude, Block::AccelBias, &m);
                 }
             });
             *p = f * *p * f.transpose();
@@ -300,11 +309,11 @@ mod tests {
             for state in (first..first + 3)
                 .filter(|&state| self.axis.is_none_or(|axis| first + axis == state))
             {
-                if !self.forgets {
+                if !self.resets {
                     observe(p, state);
                 }
             }
-            for state in (first..first + 3).filter(|_| self.forgets) {
+            for state in (first..first + 3).filter(|_| self.resets) {
                 p.row_mut(state).fill(0.0);
                 p.column_mut(state).fill(0.0);
                 p[(state, state)] = 1.0;

@@ -17,13 +17,10 @@ use crate::filter::error_state::{BLOCKS, Block, ErrorStates, LinearMap, STATES};
 use crate::filter::kernels::backward;
 use crate::filter::kernels::forward::{self, Prediction, WhitenedGain};
 use crate::filter::observation::{Observation, Update};
-use crate::filter::transition::{Noise, Transition};
+use crate::filter::process_noise::Noise;
+use crate::filter::transition::Transition;
 use crate::math::block_matrix::{Block3, Upper, at};
-use crate::math::simd::{Lanes, dispatch};
-
-mod work;
-
-use crate::filter::covariance::work::{Observe, ObserveAgain, Predict, PredictOnEarth};
+use crate::math::simd::{Simd, WithSimd};
 
 /// Symmetric 15x15 covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +31,7 @@ pub struct Covariance {
 impl Covariance {
     /// No uncertainty at all.
     #[must_use]
-    pub fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         Self { upper: Upper::default() }
     }
 
@@ -71,34 +68,32 @@ impl Covariance {
     }
 
     /// P becomes F P Fᵀ + Q, with the `noise` in Q.
-    pub fn predict(&mut self, transition: &Transition, noise: &Noise) {
-        dispatch(Predict { p: self, transition, noise });
-    }
-
-    /// The same on the lanes that the caller is compiled for.
     #[inline(always)]
-    pub(crate) fn predict_on<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
-        if transition.turns_with_earth() {
-            L::call(PredictOnEarth { p: self, transition: *transition, noise: *noise });
+    pub(crate) fn predict<S: Simd>(&mut self, simd: S, transition: &Transition, noise: &Noise) {
+        if transition.has_earth_rate() {
+            simd.vectorize(PredictWithEarthRate {
+                p: self,
+                transition: *transition,
+                noise: *noise,
+            });
         } else {
-            self.shear_all::<L>(transition, noise);
+            self.apply_factors(simd, transition, noise);
         }
     }
 
-    /// The shears of a transition, and the noise after them.
+    /// Applies the factors of a transition, then adds the noise.
     #[inline(always)]
-    fn shear_all<L: Lanes>(&mut self, transition: &Transition, noise: &Noise) {
-        let (half, tilt, bias) = transition.shears();
-        forward::predict::<L>(&mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
+    fn apply_factors(&mut self, simd: impl Simd, transition: &Transition, noise: &Noise) {
+        let (half, tilt, bias) = transition.factors();
+        forward::predict(simd, &mut self.upper, &Prediction { half, tilt, bias: &bias, noise });
     }
 
     /// Adds Q.
     fn add_noise(&mut self, noise: &Noise) {
         let &Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity } =
             noise;
-        for (block, variance) in
-            Block::ALL.into_iter().zip([position, velocity, attitude, gyro_bias, accel_bias])
-        {
+        let variances = [position, velocity, attitude, gyro_bias, accel_bias];
+        for (block, variance) in Block::ALL.into_iter().zip(variances) {
             self.add_variance(block, variance);
         }
         self.upper[at(Block::Position.index(), Block::Velocity.index())]
@@ -107,63 +102,46 @@ impl Covariance {
 
     /// Adds the same independent variance to each state of a block.
     #[inline]
-    pub fn add_variance(&mut self, block: Block, variance: f64) {
+    pub(crate) fn add_variance(&mut self, block: Block, variance: f64) {
         self.add_diagonal(block, &Vector3::repeat(variance));
     }
 
     /// Adds independent variances to the states of a block.
     #[inline]
-    pub fn add_diagonal(&mut self, block: Block, variances: &Vector3<f64>) {
+    pub(crate) fn add_diagonal(&mut self, block: Block, variances: &Vector3<f64>) {
         self.upper[at(block.index(), block.index())].add_diagonal((*variances).into());
     }
 
-    /// Observes the three states of `block` directly, with the same `variance` on each axis.
+    /// Observes the three states of `block` with the noise covariance `r`.
     ///
-    /// Returns the outcome and, when the innovation passed the `gate`, the observation.  An
-    /// innovation covariance that is not positive is answered by a rejection at an infinite
-    /// distance.
-    pub fn observe(
+    /// When the innovation passes the `gate`, the observation is left where it is `used`, since it
+    /// is large.  An innovation covariance that is not positive is rejected at an infinite distance.
+    #[inline(always)]
+    pub(crate) fn observe(
         &mut self,
+        simd: impl Simd,
         block: Block,
         innovation: &Vector3<f64>,
-        variance: f64,
+        r: &Matrix3<f64>,
         gate: f64,
-    ) -> (Update, Option<Observation>) {
-        let whitener = self.whitener(block, variance);
-        dispatch(Observe { p: self, block, whitener, innovation, gate })
+        used: &mut Option<Observation>,
+    ) -> Update {
+        let whitener = inverse_cholesky_factor(&(self.block(block, block) + r));
+        self.observe_whitened(simd, block, whitener, innovation, gate, used)
     }
 
-    /// As [`Covariance::observe`], on the lanes that the caller is compiled for; the observation,
-    /// which is large, comes to be where it is `used`.
+    /// Observes one state of `block`, that of an `axis`, with a `variance`.  As
+    /// [`Covariance::observe`].
     #[inline(always)]
-    pub(crate) fn observe_on<L: Lanes>(
+    pub(crate) fn observe_axis(
         &mut self,
-        block: Block,
-        innovation: &Vector3<f64>,
+        simd: impl Simd,
+        (block, axis): (Block, usize),
+        innovation: f64,
         variance: f64,
         gate: f64,
         used: &mut Option<Observation>,
     ) -> Update {
-        self.observe_white::<L>(block, self.whitener(block, variance), innovation, gate, used)
-    }
-
-    /// The inverse factor of the innovation covariance of a block; none if that is not positive.
-    #[inline(always)]
-    fn whitener(&self, block: Block, variance: f64) -> Option<Matrix3<f64>> {
-        inverse_cholesky_factor(
-            &(self.block(block, block) + Matrix3::from_diagonal_element(variance)),
-        )
-    }
-
-    /// Observes one state of `block`, that of an axis.  As [`Covariance::observe`].
-    pub fn observe_axis(
-        &mut self,
-        block: Block,
-        axis: usize,
-        innovation: f64,
-        variance: f64,
-        gate: f64,
-    ) -> (Update, Option<Observation>) {
         let innovation_variance = self.diagonal(block)[axis] + variance;
         let whitener = (innovation_variance > 0.0).then(|| {
             let mut whitener = Matrix3::zeros();
@@ -172,13 +150,14 @@ impl Covariance {
         });
         let mut along_axis = Vector3::zeros();
         along_axis[axis] = innovation;
-        dispatch(Observe { p: self, block, whitener, innovation: &along_axis, gate })
+        self.observe_whitened(simd, block, whitener, &along_axis, gate, used)
     }
 
     /// Observes a block with the inverse factor of its innovation covariance.
     #[inline(always)]
-    fn observe_white<L: Lanes>(
+    fn observe_whitened(
         &mut self,
+        simd: impl Simd,
         block: Block,
         whitener: Option<Matrix3<f64>>,
         innovation: &Vector3<f64>,
@@ -188,20 +167,21 @@ impl Covariance {
         let Some(whitener) = whitener else {
             return Update { distance: f64::INFINITY, accepted: false };
         };
-        let white_innovation = lower_times::<L>(&whitener, innovation);
+        let white_innovation = lower_mul(simd, &whitener, innovation);
         let distance = white_innovation.norm_squared();
         if distance.is_nan() || distance > gate {
             return Update { distance, accepted: false };
         }
-        self.reduce::<L>(used.insert(Observation::new(block, whitener, white_innovation)));
+        self.replay(simd, used.insert(Observation::new(block, whitener, white_innovation)));
         Update { distance, accepted: true }
     }
 
-    /// Takes an observation and finds its gain, and the errors that it tells of.
+    /// Takes an observation, and finds its gain and the errors that it estimates.
     #[inline(always)]
-    fn reduce<L: Lanes>(&mut self, observation: &mut Observation) {
+    pub(crate) fn replay(&mut self, simd: impl Simd, observation: &mut Observation) {
         let Observation { block, whitener, white_innovation, whitened_gain, errors } = observation;
-        forward::reduce::<L>(
+        forward::reduce(
+            simd,
             &mut self.upper,
             block.index(),
             whitener,
@@ -211,13 +191,7 @@ impl Covariance {
         );
     }
 
-    /// The states of `block` are forgotten: independent of all others, with the same `variance` on
-    /// each axis.
-    pub fn replace(&mut self, block: Block, variance: f64) {
-        self.reset_block(block, &Vector3::repeat(variance));
-    }
-
-    /// As [`Covariance::replace`], with a variance for each axis.
+    /// The states of `block` become independent of all others, with these `variances`.
     pub(crate) fn reset_block(&mut self, block: Block, variances: &Vector3<f64>) {
         let b = block.index();
         for k in 0..BLOCKS {
@@ -226,35 +200,31 @@ impl Covariance {
         self.add_diagonal(block, variances);
     }
 
-    /// Takes an observation once more, from the same covariance as the first time, and finds its
-    /// gain.
+    /// Propagates an information matrix Λ back over an observation.
     #[inline]
-    pub(crate) fn replay(&mut self, observation: &mut Observation) {
-        dispatch(ObserveAgain { p: self, observation });
-    }
-
-    /// An information matrix Λ goes back over an observation.
-    #[inline]
-    pub(crate) fn go_back_over(
+    pub(crate) fn information_before(
         &mut self,
+        simd: impl Simd,
         block: Block,
         whitener: &Matrix3<f64>,
         gain: &WhitenedGain,
     ) {
-        backward::observe(&mut self.upper, block.index(), whitener, &gain.0);
+        backward::observe(simd, &mut self.upper, block.index(), whitener, &gain.0);
     }
 
-    /// P λ, and what the `information` Λ that came later takes off the variances of the position:
-    /// the diagonal of that block of P Λ P.
+    /// P λ, and the diagonal of the position's block of P Λ P: the reduction of its variances by the
+    /// `information` Λ of later samples.
     #[must_use]
     #[inline]
     pub(crate) fn smoothing(
         &self,
+        simd: impl Simd,
         costate: &ErrorStates,
         information: &Self,
     ) -> (ErrorStates, Vector3<f64>) {
-        let (errors, known) = backward::smooth(&self.upper, &costate.0, &information.upper);
-        (ErrorStates(errors), known)
+        let (errors, reduction) =
+            backward::smooth(simd, &self.upper, &costate.0, &information.upper);
+        (ErrorStates(errors), reduction)
     }
 
     /// The first state whose variance is not positive and finite, with that variance.
@@ -299,12 +269,14 @@ impl Covariance {
 
 /// P becomes (I + E) P (I + E)ᵀ, where E has one block.
 impl LinearMap for Covariance {
-    fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
-        forward::shear(&mut self.upper, target.index(), source.index(), m);
+    #[inline(always)]
+    fn add_transformed(&mut self, simd: impl Simd, target: Block, source: Block, m: &Matrix3<f64>) {
+        forward::shear(simd, &mut self.upper, target.index(), source.index(), m);
     }
 
-    fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
-        self.add_transformed(target, source, &Matrix3::from_diagonal_element(scale));
+    #[inline(always)]
+    fn add_scaled(&mut self, simd: impl Simd, target: Block, source: Block, scale: f64) {
+        self.add_transformed(simd, target, source, &Matrix3::from_diagonal_element(scale));
     }
 
     #[inline]
@@ -319,13 +291,40 @@ impl LinearMap for Covariance {
     }
 
     #[inline]
-    fn move_back(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
-        backward::predict(&mut self.upper, half, &tilt.into(), &bias.into());
+    fn apply_transposed_factors(
+        &mut self,
+        simd: impl Simd,
+        half: f64,
+        tilt: &Matrix3<f64>,
+        bias: &Matrix3<f64>,
+    ) {
+        backward::predict(simd, &mut self.upper, half, &tilt.into(), &bias.into());
     }
 }
 
-/// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that the
-/// square roots wait for no one; none if it is not positive.
+/// See [`Covariance::predict`]: the noise is added after the rotation of the Earth.
+///
+/// It owns what it needs, so that the arguments of the frequent case may stay in registers.
+struct PredictWithEarthRate<'a> {
+    p: &'a mut Covariance,
+    transition: Transition,
+    noise: Noise,
+}
+
+impl WithSimd for PredictWithEarthRate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { p, transition, noise } = self;
+        p.apply_factors(simd, &transition, &Noise::default());
+        transition.apply_earth_rate(p);
+        p.add_noise(&noise);
+    }
+}
+
+/// L⁻¹ of a positive matrix L Lᵀ, by way of a unit triangle and the inverse pivots, so that no
+/// square root depends on another; none if it is not positive.
 #[inline(always)]
 fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let inverse = |x: f64| (x > 0.0 && x.is_finite()).then(|| 1.0 / x);
@@ -341,11 +340,11 @@ fn inverse_cholesky_factor(s: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 
 /// The product of a lower triangle and a vector.
 #[inline(always)]
-fn lower_times<L: Lanes>(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+fn lower_mul(simd: impl Simd, m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(
         m.m11 * v.x,
-        L::fused(m.m21, v.x, m.m22 * v.y),
-        L::fused(m.m31, v.x, L::fused(m.m32, v.y, m.m33 * v.z)),
+        simd.mul_add(m.m21, v.x, m.m22 * v.y),
+        simd.mul_add(m.m31, v.x, simd.mul_add(m.m32, v.y, m.m33 * v.z)),
     )
 }
 
@@ -354,6 +353,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::math::simd::Baseline;
 
     type Dense = SMatrix<f64, STATES, STATES>;
 
@@ -393,7 +393,7 @@ mod tests {
         #[test]
         fn a_shear_is_the_dense_congruence((mut p, dense) in covariances(), m in matrices(), s in blocks(), t in blocks()) {
             prop_assume!(s != t);
-            p.add_transformed(t, s, &m);
+            p.add_transformed(Baseline, t, s, &m);
             let f = selector(t, s, &m);
             prop_assert!((p.dense() - f * dense * f.transpose()).norm() < 1e-11);
             prop_assert_eq!(p.dense(), p.dense().transpose());
@@ -403,8 +403,8 @@ mod tests {
         fn a_scaled_shear_is_a_shear_with_a_multiple_of_the_identity((p, _) in covariances(), x in -2.0..2.0, s in blocks(), t in blocks()) {
             prop_assume!(s != t);
             let (mut scaled, mut transformed) = (p.clone(), p);
-            scaled.add_scaled(t, s, x);
-            transformed.add_transformed(t, s, &Matrix3::from_diagonal_element(x));
+            scaled.add_scaled(Baseline, t, s, x);
+            transformed.add_transformed(Baseline, t, s, &Matrix3::from_diagonal_element(x));
             prop_assert!((scaled.dense() - transformed.dense()).norm() < 1e-11);
             prop_assert_eq!(scaled.dense(), scaled.dense().transpose());
         }
@@ -420,7 +420,8 @@ mod tests {
         #[test]
         fn an_observation_is_the_dense_joseph_update((mut p, dense) in covariances(), b in blocks(), r in 0.01..2.0, y in [-1.0..1.0, -1.0..1.0, -1.0..1.0]) {
             let innovation = Vector3::from(y);
-            let (update, observation) = p.observe(b, &innovation, r, f64::INFINITY);
+            let (noise, mut used) = (Matrix3::from_diagonal_element(r), None);
+            let update = p.observe(Baseline, b, &innovation, &noise, f64::INFINITY, &mut used);
             let mut h = SMatrix::<f64, 3, STATES>::zeros();
             h.fixed_columns_mut::<3>(3 * b.index()).fill_with_identity();
             let s = h * dense * h.transpose() + Matrix3::from_diagonal_element(r);
@@ -431,7 +432,7 @@ mod tests {
             prop_assert!((p.dense() - joseph).norm() < 1e-10);
             prop_assert!((update.distance - innovation.dot(&(inverse * innovation))).abs() < 1e-11);
             let correction = k * innovation;
-            for (block, part) in observation.unwrap().errors().0.iter().enumerate() {
+            for (block, part) in used.unwrap().errors().0.iter().enumerate() {
                 prop_assert!((part - correction.fixed_rows::<3>(3 * block)).norm() < 1e-11);
             }
             prop_assert_eq!(p.first_not_positive(), None);
@@ -444,9 +445,10 @@ mod tests {
         let mut p = Covariance::zero();
         p.add_variance(Block::Velocity, 1.0);
         let before = p.clone();
-        let (update, observation) =
-            p.observe(Block::Velocity, &Vector3::new(10.0, 0.0, 0.0), 1.0, 49.0);
-        assert_eq!((update.accepted, observation, p), (false, None, before));
+        let (innovation, mut used) = (Vector3::new(10.0, 0.0, 0.0), None);
+        let r = Matrix3::identity();
+        let update = p.observe(Baseline, Block::Velocity, &innovation, &r, 49.0, &mut used);
+        assert_eq!((update.accepted, used, p), (false, None, before));
         assert!((update.distance - 50.0).abs() < 1e-12);
     }
 }

@@ -1,11 +1,12 @@
-//! The error states: five blocks of three, and the linear steps that move them.
+//! The error states: five blocks of three, and the linear maps on them.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math::block_matrix;
+use crate::math::simd::Simd;
 
 /// Number of blocks of error states.
-pub const BLOCKS: usize = block_matrix::BLOCKS;
+pub(crate) const BLOCKS: usize = block_matrix::BLOCKS;
 /// Number of error states.
 pub const STATES: usize = 3 * BLOCKS;
 
@@ -44,37 +45,42 @@ impl Block {
     }
 }
 
-/// What a linear step of the error states acts on: the states themselves or their covariance.
-pub trait LinearMap {
-    /// The states of `target` gain `m` times the states of `source`, another block.
-    fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>);
+/// What a linear map of the error states acts on: the states themselves, or their covariance.
+pub(crate) trait LinearMap {
+    /// Adds `m` times the states of `source` to those of `target`, another block.
+    fn add_transformed(&mut self, simd: impl Simd, target: Block, source: Block, m: &Matrix3<f64>);
 
-    /// The states of `target` gain `scale` times the states of `source`, another block.
-    fn add_scaled(&mut self, target: Block, source: Block, scale: f64);
+    /// Adds `scale` times the states of `source` to those of `target`, another block.
+    fn add_scaled(&mut self, simd: impl Simd, target: Block, source: Block, scale: f64);
 
-    /// The states of `block` become `m` times themselves.
+    /// Replaces the states of `block` by `m` times themselves.
     fn transform(&mut self, block: Block, m: &Matrix3<f64>);
 
-    /// The transpose of one step of a foot on an Earth at rest, shear by shear in the reverse
-    /// order: see [`super::transition::Transition::apply`].
+    /// Applies the transposed factors of a transition without Earth rate, in the reverse order: see
+    /// [`crate::filter::transition::Transition::apply`].
     #[inline]
-    fn move_back(&mut self, half: f64, tilt: &Matrix3<f64>, bias: &Matrix3<f64>) {
-        self.add_transformed(Block::GyroBias, Block::Attitude, &bias.transpose());
-        self.add_scaled(Block::Velocity, Block::Position, half);
-        self.add_transformed(Block::AccelBias, Block::Velocity, &bias.transpose());
-        self.add_transformed(Block::Attitude, Block::Velocity, &tilt.transpose());
-        self.add_scaled(Block::Velocity, Block::Position, half);
+    fn apply_transposed_factors(
+        &mut self,
+        simd: impl Simd,
+        half: f64,
+        tilt: &Matrix3<f64>,
+        bias: &Matrix3<f64>,
+    ) {
+        self.add_transformed(simd, Block::GyroBias, Block::Attitude, &bias.transpose());
+        self.add_scaled(simd, Block::Velocity, Block::Position, half);
+        self.add_transformed(simd, Block::AccelBias, Block::Velocity, &bias.transpose());
+        self.add_transformed(simd, Block::Attitude, Block::Velocity, &tilt.transpose());
+        self.add_scaled(simd, Block::Velocity, Block::Position, half);
     }
 }
 
 /// Error states, or what is conjugate to them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ErrorStates(pub [Vector3<f64>; BLOCKS]);
+pub(crate) struct ErrorStates(pub(crate) [Vector3<f64>; BLOCKS]);
 
 impl ErrorStates {
     /// The states of a block.
-    #[must_use]
-    pub fn block(&self, block: Block) -> &Vector3<f64> {
+    pub(crate) fn block(&self, block: Block) -> &Vector3<f64> {
         &self.0[block.index()]
     }
 
@@ -93,13 +99,13 @@ impl std::ops::AddAssign for ErrorStates {
 
 impl LinearMap for ErrorStates {
     #[inline]
-    fn add_transformed(&mut self, target: Block, source: Block, m: &Matrix3<f64>) {
+    fn add_transformed(&mut self, _: impl Simd, target: Block, source: Block, m: &Matrix3<f64>) {
         let gain = m * self.block(source);
         *self.block_mut(target) += gain;
     }
 
     #[inline]
-    fn add_scaled(&mut self, target: Block, source: Block, scale: f64) {
+    fn add_scaled(&mut self, _: impl Simd, target: Block, source: Block, scale: f64) {
         let gain = scale * self.block(source);
         *self.block_mut(target) += gain;
     }

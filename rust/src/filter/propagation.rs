@@ -1,102 +1,102 @@
-//! When the covariance is carried over the steps of the mechanization.
+//! Propagation of the covariance, batched in swing.
 //!
-//! While the foot swings nothing is observed, so nobody needs the covariance after each step: a few
-//! steps wait for each other, and it is carried over all of them at once.  What it is then differs
-//! in the second order of the time that they take together, see [`Transition::then`].
+//! No measurement uses the covariance while the foot swings.  So the transitions of a few samples
+//! are composed, and the covariance is propagated over all of them at once.  The result differs in
+//! the second order of their time, see [`Transition::compose`].
 
 use nalgebra::Vector3;
 
 use crate::filter::covariance::Covariance;
 use crate::filter::error_state::Block;
+use crate::filter::process_noise::Noise;
 use crate::filter::recorder::FilterRecorder;
-use crate::filter::transition::{Noise, Transition};
-use crate::math::simd::Lanes;
+use crate::filter::transition::Transition;
+use crate::math::simd::{Simd, WithSimd};
 
-/// The covariance, and the steps that wait until it is carried over them.
+/// The covariance, and the transitions that it has yet to be propagated over.
 #[derive(Clone, Debug)]
 pub(crate) struct Propagation {
     covariance: Covariance,
-    /// Number of steps that the covariance is carried over at once, at most.
+    /// Greatest number of transitions in a batch.
     batch_size: usize,
-    waiting: usize,
-    /// The steps that wait, as one.
+    /// Number of transitions in the batch.
+    pending: usize,
+    /// Their composition.
     transition: Transition,
     noise: Noise,
 }
 
 impl Propagation {
     pub(crate) fn new(covariance: Covariance, batch_size: usize) -> Self {
-        Self {
-            covariance,
-            batch_size,
-            waiting: 0,
-            transition: Transition::NONE,
-            noise: Noise::default(),
-        }
+        let (transition, noise) = (Transition::NONE, Noise::default());
+        Self { covariance, batch_size, pending: 0, transition, noise }
     }
 
-    /// Carries the covariance over one more step, which may have to wait for others if it
-    /// `may_wait`.
+    /// Propagates the covariance over one more transition, which may be added to a batch.
     #[inline(always)]
-    pub(crate) fn step<L: Lanes>(
+    pub(crate) fn step(
         &mut self,
+        simd: impl Simd,
         mut transition: Transition,
         mut noise: Noise,
-        may_wait: bool,
+        may_batch: bool,
         recorder: &mut impl FilterRecorder,
     ) {
-        if self.waiting > 0 {
-            noise = self.noise.then(&noise, transition.dt());
-            transition = self.transition.then(&transition);
+        if self.pending > 0 {
+            noise = self.noise.compose(&noise, transition.dt());
+            transition = self.transition.compose(&transition);
         }
-        if may_wait && self.waiting + 1 < self.batch_size {
-            self.waiting += 1;
+        if may_batch && self.pending + 1 < self.batch_size {
+            self.pending += 1;
             (self.transition, self.noise) = (transition, noise);
             return;
         }
-        self.waiting = 0;
-        recorder.transition(&transition, &noise);
-        self.covariance.predict_on::<L>(&transition, &noise);
+        self.pending = 0;
+        recorder.transition(simd, &transition, &noise);
+        self.covariance.predict(simd, &transition, &noise);
     }
 
-    /// The covariance, carried over all steps.
+    /// The covariance at the newest sample.
     #[inline(always)]
-    pub(crate) fn flushed(&mut self, recorder: &mut impl FilterRecorder) -> &mut Covariance {
-        if self.waiting > 0 {
-            self.catch_up(recorder);
+    pub(crate) fn flushed(
+        &mut self,
+        simd: impl Simd,
+        recorder: &mut impl FilterRecorder,
+    ) -> &mut Covariance {
+        if self.pending > 0 {
+            self.flush(simd, recorder);
         }
         &mut self.covariance
     }
 
     #[cold]
-    fn catch_up(&mut self, recorder: &mut impl FilterRecorder) {
-        self.waiting = 0;
-        recorder.transition(&self.transition, &self.noise);
-        self.covariance.predict(&self.transition, &self.noise);
+    fn flush(&mut self, simd: impl Simd, recorder: &mut impl FilterRecorder) {
+        self.pending = 0;
+        recorder.transition(simd, &self.transition, &self.noise);
+        simd.vectorize(Flush { propagation: self });
     }
 
-    /// What the covariance is after all steps.
-    pub(crate) fn now(&self) -> Covariance {
-        self.clone().flushed(&mut ()).clone()
+    /// A copy of the covariance at the newest sample.
+    pub(crate) fn current(&self, simd: impl Simd) -> Covariance {
+        self.clone().flushed(simd, &mut ()).clone()
     }
 
-    /// The covariance, unless steps wait.
+    /// The covariance, if no transition is pending.
     pub(crate) fn if_current(&self) -> Option<&Covariance> {
-        (self.waiting == 0).then_some(&self.covariance)
+        (self.pending == 0).then_some(&self.covariance)
     }
 
-    /// The covariance before the steps that wait.
+    /// The covariance before the pending transitions.
     #[inline(always)]
     pub(crate) fn last_propagated(&self) -> &Covariance {
         &self.covariance
     }
 
-    /// Variances of the position, m²: at the end of steps that wait those of a foot that went on at
-    /// the velocity of their beginning.
+    /// Variances of the position, m²; with transitions pending, those at constant velocity.
     #[inline]
     pub(crate) fn position_variances(&self) -> Vector3<f64> {
         let before = self.covariance.diagonal(Block::Position);
-        if self.waiting == 0 {
+        if self.pending == 0 {
             return before;
         }
         let dt = self.transition.dt();
@@ -106,28 +106,44 @@ impl Propagation {
     }
 }
 
+/// See [`Propagation::flush`].
+struct Flush<'a> {
+    propagation: &'a mut Propagation,
+}
+
+impl WithSimd for Flush<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Propagation { covariance, transition, noise, .. } = self.propagation;
+        covariance.predict(simd, transition, noise);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::{Matrix3, UnitQuaternion};
     use proptest::prelude::*;
 
     use super::*;
-    use crate::ins::strapdown::Step;
+    use crate::filter::observation::Observation;
+    use crate::ins::strapdown::StrapdownStep;
     use crate::math::simd::Baseline;
 
     const DT: f64 = 0.005;
 
-    /// What a recorder is told of.
+    /// The transitions in their order.
     #[derive(Default)]
-    struct Told(Vec<(Transition, Noise)>);
+    struct Recorded(Vec<(Transition, Noise)>);
 
-    impl FilterRecorder for Told {
-        fn transition(&mut self, transition: &Transition, noise: &Noise) {
+    impl FilterRecorder for Recorded {
+        fn transition(&mut self, _: impl Simd, transition: &Transition, noise: &Noise) {
             self.0.push((*transition, *noise));
         }
         fn inflate(&mut self, _: Block, _: f64) {}
-        fn couple(&mut self, _: &Matrix3<f64>) {}
-        fn observation(&mut self, _: &crate::filter::observation::Observation) {}
+        fn couple(&mut self, _: impl Simd, _: &Matrix3<f64>) {}
+        fn observation(&mut self, _: impl Simd, _: &Observation) {}
         fn reset_block(&mut self, _: Block, _: &Vector3<f64>) {}
     }
 
@@ -135,7 +151,7 @@ mod tests {
         let vectors = || [-1.0..1.0, -1.0..1.0, -1.0..1.0].prop_map(Vector3::from);
         let one = (vectors(), vectors(), 0.0..1.0).prop_map(|(force, turn, variance)| {
             let attitude = UnitQuaternion::from_scaled_axis(turn).to_rotation_matrix().into_inner();
-            let step = Step { dt: DT, velocity_increment_n: 30.0 * DT * force, attitude };
+            let step = StrapdownStep { dt: DT, velocity_increment_n: 30.0 * DT * force, attitude };
             let noise =
                 Noise { velocity: 1e-4 * variance, attitude: 1e-8 * variance, ..Noise::default() };
             (Transition::new(&step, &Vector3::zeros()), noise)
@@ -143,7 +159,7 @@ mod tests {
         prop::collection::vec(one, 1..9)
     }
 
-    /// As uncertain as a foot in the swing.
+    /// Typical of a foot in swing.
     fn covariance() -> Covariance {
         let mut p = Covariance::zero();
         for (block, std) in Block::ALL.into_iter().zip([0.1, 0.02, 0.01, 0.002, 0.05]) {
@@ -152,72 +168,82 @@ mod tests {
         p
     }
 
-    /// Carries a covariance over the steps, all of which may wait.
-    fn carry(steps: &[(Transition, Noise)], batch_size: usize, recorder: &mut Told) -> Propagation {
+    /// Propagates a covariance over the steps, all of which may be batched.
+    fn propagate(
+        steps: &[(Transition, Noise)],
+        batch_size: usize,
+        recorder: &mut Recorded,
+    ) -> Propagation {
         let mut propagation = Propagation::new(covariance(), batch_size);
         for (transition, noise) in steps {
-            propagation.step::<Baseline>(*transition, *noise, true, recorder);
+            propagation.step(Baseline, *transition, *noise, true, recorder);
         }
         propagation
     }
 
     proptest! {
         #[test]
-        fn the_journal_is_told_what_the_covariance_went_through(steps in steps(), batch_size in 0_usize..6) {
-            let mut told = Told::default();
-            let mut propagation = carry(&steps, batch_size, &mut told);
-            prop_assert_eq!(told.0.len(), steps.len() / batch_size.max(1));
-            let now = propagation.now();
-            prop_assert_eq!(&now, propagation.flushed(&mut told));
-            prop_assert_eq!(told.0.len(), steps.len().div_ceil(batch_size.max(1)));
+        fn the_recorder_gets_the_transitions_of_the_covariance(steps in steps(), batch_size in 0_usize..6) {
+            let mut recorded = Recorded::default();
+            let mut propagation = propagate(&steps, batch_size, &mut recorded);
+            prop_assert_eq!(recorded.0.len(), steps.len() / batch_size.max(1));
+            let now = propagation.current(Baseline);
+            prop_assert_eq!(&now, propagation.flushed(Baseline, &mut recorded));
+            prop_assert_eq!(recorded.0.len(), steps.len().div_ceil(batch_size.max(1)));
             prop_assert_eq!(propagation.if_current(), Some(&now));
             let mut p = covariance();
-            told.0.iter().for_each(|(transition, noise)| p.predict(transition, noise));
+            recorded.0.iter().for_each(|(transition, noise)| p.predict(Baseline, transition, noise));
             prop_assert!((p.dense() - now.dense()).norm() < 1e-14);
         }
 
         #[test]
-        fn steps_at_once_are_those_one_after_the_other_but_for_the_square_of_their_time(steps in steps()) {
-            let one_by_one = carry(&steps, 1, &mut Told::default()).now().dense();
-            let batch_size = carry(&steps, 9, &mut Told::default()).now().dense();
+        fn a_batch_differs_from_single_steps_in_the_second_order_of_its_time(steps in steps()) {
+            let one_by_one = propagate(&steps, 1, &mut Recorded::default()).current(Baseline).dense();
+            let batched = propagate(&steps, 9, &mut Recorded::default()).current(Baseline).dense();
             let std = one_by_one.diagonal().map(f64::sqrt);
-            let relative = (batch_size - one_by_one).component_div(&(std * std.transpose()));
+            let relative = (batched - one_by_one).component_div(&(std * std.transpose()));
             prop_assert!(relative.amax() < 4.0 * steps.iter().map(|(step, _)| step.dt()).sum::<f64>().powi(2), "{}", relative.amax());
         }
 
         #[test]
-        fn the_position_is_as_uncertain_while_steps_wait_as_after_them(steps in steps()) {
-            let propagation = carry(&steps, 10, &mut Told::default());
-            let now = propagation.now().diagonal(Block::Position);
+        fn position_variances_with_and_without_pending_steps_agree(steps in steps()) {
+            let propagation = propagate(&steps, 10, &mut Recorded::default());
+            let now = propagation.current(Baseline).diagonal(Block::Position);
             prop_assert!(propagation.if_current().is_none());
             prop_assert!((propagation.position_variances() - now).component_div(&now).amax() < 1e-5);
         }
 
         #[test]
-        fn velocity_noise_leads_the_position_on(steps in steps()) {
+        fn velocity_noise_is_integrated_to_position(steps in steps()) {
             let mut p = Covariance::zero();
             let (still, mut together) = (Noise::default(), Noise::default());
-            let straight = Step { dt: DT, velocity_increment_n: Vector3::zeros(), attitude: Matrix3::zeros() };
+            let straight = StrapdownStep { dt: DT, velocity_increment_n: Vector3::zeros(), attitude: Matrix3::zeros() };
             for (_, noise) in &steps {
-                p.predict(&Transition::new(&straight, &Vector3::zeros()), noise);
-                together = together.then(noise, DT);
+                p.predict(Baseline, &Transition::new(&straight, &Vector3::zeros()), noise);
+                together = together.compose(noise, DT);
             }
-            let mut batch_size = Covariance::zero();
-            batch_size.predict(&Transition::NONE, &together);
-            prop_assert_eq!(still.then(&together, DT), together);
-            prop_assert!((p.dense() - batch_size.dense()).norm() < 1e-18);
+            let mut batched = Covariance::zero();
+            batched.predict(Baseline, &Transition::NONE, &together);
+            prop_assert_eq!(still.compose(&together, DT), together);
+            prop_assert!((p.dense() - batched.dense()).norm() < 1e-18);
         }
     }
 
     #[test]
-    fn a_step_that_must_not_wait_takes_those_along_that_do() {
-        let step =
-            Step { dt: DT, velocity_increment_n: Vector3::z(), attitude: Matrix3::identity() };
+    fn a_step_outside_a_batch_flushes_the_batch() {
+        let step = StrapdownStep {
+            dt: DT,
+            velocity_increment_n: Vector3::z(),
+            attitude: Matrix3::identity(),
+        };
         let transition = Transition::new(&step, &Vector3::zeros());
-        let mut told = Told::default();
-        let mut propagation = carry(&[(transition, Noise::default()); 2], 9, &mut told);
-        propagation.step::<Baseline>(transition, Noise::default(), false, &mut told);
+        let mut recorded = Recorded::default();
+        let mut propagation = propagate(&[(transition, Noise::default()); 2], 9, &mut recorded);
+        propagation.step(Baseline, transition, Noise::default(), false, &mut recorded);
         assert!(propagation.if_current().is_some());
-        assert_eq!(told.0, [(transition.then(&transition).then(&transition), Noise::default())]);
+        assert_eq!(
+            recorded.0,
+            [(transition.compose(&transition).compose(&transition), Noise::default())]
+        );
     }
 }

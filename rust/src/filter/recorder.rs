@@ -1,37 +1,39 @@
-//! What the filter did to the errors, step by step, for a smoother that goes over it again and for
-//! errors that were cloned on the way.
+//! The operations of the filter on its errors, in their order: for a smoother, which goes back over
+//! them, and for cloned errors, which follow them.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::filter::error_state::Block;
 use crate::filter::observation::Observation;
-use crate::filter::transition::{Noise, Transition};
+use crate::filter::process_noise::Noise;
+use crate::filter::transition::Transition;
+use crate::math::simd::Simd;
 
-/// Takes down the filter's steps in their order.
+/// Records what the filter does to the errors.
 pub(crate) trait FilterRecorder {
-    /// The errors moved on, and `noise` was added to them.
-    fn transition(&mut self, transition: &Transition, noise: &Noise);
+    /// The errors were propagated, and `noise` was added.
+    fn transition(&mut self, simd: impl Simd, transition: &Transition, noise: &Noise);
 
     /// Independent errors of this `variance` were added to each state of a block.
     fn inflate(&mut self, block: Block, variance: f64);
 
-    /// The attitude errors gained `m` times the accelerometer bias errors.
-    fn couple(&mut self, m: &Matrix3<f64>);
+    /// `m` times the accelerometer bias errors were added to the attitude errors.
+    fn couple(&mut self, simd: impl Simd, m: &Matrix3<f64>);
 
     /// An observation was used.
-    fn observation(&mut self, observation: &Observation);
+    fn observation(&mut self, simd: impl Simd, observation: &Observation);
 
-    /// What was known of a block was forgotten, and its states have these `variances`: nothing that
-    /// comes later tells of what they were before.
+    /// The states of a block became independent of all others, with these `variances`: later
+    /// observations carry no information on what they were before.
     fn reset_block(&mut self, block: Block, variances: &Vector3<f64>);
 }
 
-/// Nobody reads it, or somebody may.
-impl<J: FilterRecorder> FilterRecorder for Option<&mut J> {
+/// A recorder that may be absent.
+impl<R: FilterRecorder> FilterRecorder for Option<&mut R> {
     #[inline]
-    fn transition(&mut self, transition: &Transition, noise: &Noise) {
+    fn transition(&mut self, simd: impl Simd, transition: &Transition, noise: &Noise) {
         if let Some(recorder) = self {
-            recorder.transition(transition, noise);
+            recorder.transition(simd, transition, noise);
         }
     }
 
@@ -43,16 +45,16 @@ impl<J: FilterRecorder> FilterRecorder for Option<&mut J> {
     }
 
     #[inline]
-    fn couple(&mut self, m: &Matrix3<f64>) {
+    fn couple(&mut self, simd: impl Simd, m: &Matrix3<f64>) {
         if let Some(recorder) = self {
-            recorder.couple(m);
+            recorder.couple(simd, m);
         }
     }
 
     #[inline]
-    fn observation(&mut self, observation: &Observation) {
+    fn observation(&mut self, simd: impl Simd, observation: &Observation) {
         if let Some(recorder) = self {
-            recorder.observation(observation);
+            recorder.observation(simd, observation);
         }
     }
 
@@ -64,12 +66,12 @@ impl<J: FilterRecorder> FilterRecorder for Option<&mut J> {
     }
 }
 
-/// Two that read along.
+/// Two recorders.
 impl<A: FilterRecorder, B: FilterRecorder> FilterRecorder for (A, B) {
     #[inline]
-    fn transition(&mut self, transition: &Transition, noise: &Noise) {
-        self.0.transition(transition, noise);
-        self.1.transition(transition, noise);
+    fn transition(&mut self, simd: impl Simd, transition: &Transition, noise: &Noise) {
+        self.0.transition(simd, transition, noise);
+        self.1.transition(simd, transition, noise);
     }
 
     #[inline]
@@ -79,15 +81,15 @@ impl<A: FilterRecorder, B: FilterRecorder> FilterRecorder for (A, B) {
     }
 
     #[inline]
-    fn couple(&mut self, m: &Matrix3<f64>) {
-        self.0.couple(m);
-        self.1.couple(m);
+    fn couple(&mut self, simd: impl Simd, m: &Matrix3<f64>) {
+        self.0.couple(simd, m);
+        self.1.couple(simd, m);
     }
 
     #[inline]
-    fn observation(&mut self, observation: &Observation) {
-        self.0.observation(observation);
-        self.1.observation(observation);
+    fn observation(&mut self, simd: impl Simd, observation: &Observation) {
+        self.0.observation(simd, observation);
+        self.1.observation(simd, observation);
     }
 
     #[inline]
@@ -100,16 +102,16 @@ impl<A: FilterRecorder, B: FilterRecorder> FilterRecorder for (A, B) {
 /// No recorder.
 impl FilterRecorder for () {
     #[inline]
-    fn transition(&mut self, _: &Transition, _: &Noise) {}
+    fn transition(&mut self, _: impl Simd, _: &Transition, _: &Noise) {}
 
     #[inline]
     fn inflate(&mut self, _: Block, _: f64) {}
 
     #[inline]
-    fn couple(&mut self, _: &Matrix3<f64>) {}
+    fn couple(&mut self, _: impl Simd, _: &Matrix3<f64>) {}
 
     #[inline]
-    fn observation(&mut self, _: &Observation) {}
+    fn observation(&mut self, _: impl Simd, _: &Observation) {}
 
     #[inline]
     fn reset_block(&mut self, _: Block, _: &Vector3<f64>) {}

@@ -6,10 +6,12 @@ use crate::filter::cloning::{ClonedErrors, pose_covariance};
 use crate::filter::covariance::Covariance;
 use crate::filter::error_state::Block;
 use crate::filter::observation::Observation;
+use crate::filter::process_noise::Noise;
 use crate::filter::recorder::FilterRecorder;
-use crate::filter::transition::{Noise, Transition};
+use crate::filter::transition::Transition;
 use crate::gait::stance::{StanceMerger, microseconds};
 use crate::gait::stride::Stride;
+use crate::math::simd::Simd;
 use crate::types::nav_state::NavState;
 
 /// Time after the first sample of a stance within which a stride arrives, and before the last one
@@ -227,8 +229,8 @@ fn turning(before: &NavState, after: &NavState) -> f64 {
 
 impl FilterRecorder for Segmenter {
     #[inline]
-    fn transition(&mut self, transition: &Transition, noise: &Noise) {
-        self.cloned_errors().for_each(|errors| errors.transition(transition, noise));
+    fn transition(&mut self, simd: impl Simd, transition: &Transition, noise: &Noise) {
+        self.cloned_errors().for_each(|errors| errors.transition(simd, transition, noise));
     }
 
     #[inline]
@@ -237,13 +239,13 @@ impl FilterRecorder for Segmenter {
     }
 
     #[inline]
-    fn couple(&mut self, m: &Matrix3<f64>) {
-        self.cloned_errors().for_each(|errors| errors.couple(m));
+    fn couple(&mut self, simd: impl Simd, m: &Matrix3<f64>) {
+        self.cloned_errors().for_each(|errors| errors.couple(simd, m));
     }
 
     #[inline]
-    fn observation(&mut self, observation: &Observation) {
-        self.cloned_errors().for_each(|errors| errors.observation(observation));
+    fn observation(&mut self, simd: impl Simd, observation: &Observation) {
+        self.cloned_errors().for_each(|errors| errors.observation(simd, observation));
     }
 
     #[inline]

@@ -1,9 +1,8 @@
-//! The start of a walk: is it rest, which way is up, where does the foot point, what does the
-//! gyroscope read when nothing turns.
+//! Initial alignment: levelling, heading and gyroscope bias from the rest at the start.
 //!
-//! Rest is gathered in blocks of a tenth of a second.  The first block that moves ends it, so that
-//! a person who steps off early is aligned on the rest that there was, and one who is already
-//! walking is aligned roughly and told so.
+//! Rest is gathered in blocks of a tenth of a second (see [`crate::ins::rest`]).  The first block
+//! in motion ends it: a walk that starts early is aligned on the rest so far; a start in motion
+//! gives a coarse alignment and is flagged.
 //!
 //! # References
 //! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial
@@ -15,21 +14,99 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
-use crate::config::{AlignmentConfig, Axis, Levelling};
-use crate::error::DataError;
+use crate::error::{ConfigError, DataError};
+pub(crate) use crate::ins::rest::BlockState as Gathered;
+use crate::ins::rest::{RestDetector, RestLimits};
 use crate::ins::strapdown::Strapdown;
+use crate::limits::Limits;
 use crate::math::rotation;
+use crate::settings::{choices, settings};
 use crate::types::sample::ImuSample;
+
+choices! {
+    /// Form of the levelling equations.
+    pub enum Levelling {
+        /// Two-argument arctangents: valid in any mounting, upside down too.
+        Arctangent = "arctangent",
+        /// Arcsines (Wu et al., eq. 1): for a sensor mounted within 90 degrees of upright.
+        Arcsine = "arcsine",
+    }
+}
+
+choices! {
+    /// An axis of the sensor.
+    pub enum Axis {
+        /// Along x.
+        X = "x",
+        /// Along y.
+        Y = "y",
+        /// Along z.
+        Z = "z",
+        /// Against x.
+        MinusX = "-x",
+        /// Against y.
+        MinusY = "-y",
+        /// Against z.
+        MinusZ = "-z",
+    }
+}
+
+settings! {
+    /// The start of the walk.
+    pub struct AlignmentConfig: "alignment", also has_one_heading {
+        /// Longest rest that is averaged; a walk that starts sooner is aligned on a shorter one.
+        duration: f64 = 1.0, "s", Limits::Positive;
+        /// Form of the levelling equations.
+        levelling: Levelling = Levelling::Arctangent;
+        /// Heading of `forward_axis` at the start, clockwise from true north.  Without it and
+        /// without a magnetic field, n x is the direction of `forward_axis`.
+        heading_deg: Option<f64> = None, "degrees", Limits::Between(-360.0, 360.0);
+        /// Magnetic field at the start in the sensor frame, in any unit; gives the heading instead
+        /// of `heading_deg`.
+        magnetic_field: Option<[f64; 3]> = None, "", Limits::Finite;
+        /// Declination of the magnetic field, east of true north.
+        declination_deg: f64 = 0.0, "degrees", Limits::Between(-180.0, 180.0);
+        /// Axis of the sensor that the heading refers to.
+        forward_axis: Axis = Axis::X;
+        /// Largest standard deviation of the specific force at rest.
+        rest_accel_std: f64 = 0.25, "m/s²", Limits::Positive;
+        /// Largest standard deviation of the angular rate at rest.
+        rest_gyro_std: f64 = 0.06, "rad/s", Limits::Positive;
+        /// Longest rest after that over which the filter levels finely before the walk begins (Wu
+        /// et al.).
+        fine_duration: f64 = 0.0, "s", Limits::NonNegative;
+        /// Standard deviation of the gyroscope's bias after `duration` of rest, in addition to the
+        /// measured sway of the foot.
+        gyro_bias_std: f64 = 1.0e-3, "rad/s", Limits::Positive;
+        /// Standard deviation of roll and pitch in addition to the effect of the accelerometer's
+        /// bias.
+        tilt_std: f64 = 0.01, "rad", Limits::Positive;
+        /// Standard deviation of the heading; zero when the heading only defines the direction of
+        /// n x.
+        heading_std_deg: f64 = 0.0, "degrees", Limits::Between(0.0, 180.0);
+    }
+}
+
+impl AlignmentConfig {
+    fn has_one_heading(&self) -> Result<(), ConfigError> {
+        if self.heading_deg.is_some() && self.magnetic_field.is_some() {
+            return Err(ConfigError::Inconsistent(
+                "alignment.heading_deg and alignment.magnetic_field both give the heading: keep one of them".into(),
+            ));
+        }
+        Ok(())
+    }
+}
 
 /// Length of a block of rest, s.
 const BLOCK: f64 = 0.1;
-/// Longest time that the samples of a block may span, s: with more missing nobody knows whether it
-/// was rest.
-const LONGEST_BLOCK: f64 = 0.2;
+/// Longest time that the samples of a block may span, s: two blocks' worth, beyond which the motion
+/// in the gap is unknown.
+const MAX_BLOCK_SPAN: f64 = 0.2;
 /// How long a standing foot takes to sway one way, s.
 const SWAY: f64 = 1.0;
-/// Rest from which on the gyroscope's mean is believed to be its bias, s.
-const SHORTEST_REST: f64 = 0.2;
+/// Shortest rest, s, whose mean angular rate is taken for the gyroscope's bias.
+const MIN_REST: f64 = 0.2;
 /// Elevation of the forward axis beyond which it has no heading, rad.
 const STEEPEST_FORWARD_AXIS: f64 = 1.2;
 /// Bounds on the mean specific force at the start in units of gravity; a badly calibrated sensor
@@ -74,15 +151,22 @@ pub struct Aligned {
     pub sway: f64,
 }
 
-/// What a sample completed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Gathered {
-    /// Nothing yet.
-    Part,
-    /// A block of rest.
-    Rest,
-    /// A block that is no rest.
-    Moving,
+impl AlignmentConfig {
+    /// Limits of the rest at the start.
+    ///
+    /// The means may drift as far as the samples scatter: a standing foot that sways more has
+    /// stepped off.
+    pub(crate) fn rest_limits(&self) -> RestLimits {
+        RestLimits {
+            block: BLOCK,
+            max_span: MAX_BLOCK_SPAN,
+            min_duration: MIN_REST.min(self.duration) - 0.5 * BLOCK,
+            accel_std: self.rest_accel_std,
+            gyro_std: self.rest_gyro_std,
+            accel_drift: self.rest_accel_std,
+            gyro_drift: self.rest_gyro_std,
+        }
+    }
 }
 
 /// Gathers the rest at the start.
@@ -90,35 +174,21 @@ pub(crate) enum Gathered {
 pub(crate) struct Alignment {
     config: AlignmentConfig,
     strapdown: Strapdown,
-    rest: Means,
-    /// The means of the blocks of the rest.
-    blocks: Means,
-    rest_time: f64,
-    /// The sample that ended the last block of rest, or the first of all.
-    anchor: Option<ImuSample>,
-    /// Samples since the anchor.
-    block: Vec<ImuSample>,
+    detector: RestDetector,
 }
 
 impl Alignment {
     pub(crate) fn new(config: AlignmentConfig, strapdown: &Strapdown) -> Self {
-        Self {
-            config,
-            strapdown: *strapdown,
-            rest: Means::default(),
-            blocks: Means::default(),
-            rest_time: 0.0,
-            anchor: None,
-            block: Vec::new(),
-        }
+        let detector = RestDetector::new(config.rest_limits(), strapdown.nominal_interval);
+        Self { config, strapdown: *strapdown, detector }
     }
 
-    /// Seconds of samples that are needed at the most.
+    /// Longest rest that is averaged, s.
     pub(crate) fn duration(&self) -> f64 {
         self.config.duration
     }
 
-    /// Takes the next sample; answers once the start is known.
+    /// Adds the next sample; returns the start once it is known.
     ///
     /// # Errors
     /// [`DataError`] when the samples are not those of an accelerometer near rest, or carry no
@@ -129,7 +199,7 @@ impl Alignment {
             Gathered::Moving => self.finish().map(Some),
             Gathered::Rest => {
                 self.accept_block();
-                if self.rest_time < self.config.duration - 0.5 * BLOCK {
+                if self.detector.duration() < self.config.duration - 0.5 * BLOCK {
                     Ok(None)
                 } else {
                     self.finish().map(Some)
@@ -138,55 +208,35 @@ impl Alignment {
         }
     }
 
-    /// Takes the next sample; tells of the block that it completes.
+    /// Adds the next sample; returns the state of the block.
     pub(crate) fn gather(&mut self, sample: &ImuSample) -> Gathered {
-        let anchor = *self.anchor.get_or_insert(*sample);
-        let newest = self.block.last().unwrap_or(&anchor);
-        if sample.time <= newest.time {
-            return Gathered::Part;
-        }
-        self.block.push(*sample);
-        let elapsed = sample.time - anchor.time;
-        if elapsed < BLOCK - 0.5 * self.strapdown.nominal_interval || self.block.len() < 2 {
-            return Gathered::Part;
-        }
-        if elapsed > LONGEST_BLOCK || !self.rests(&Means::of(&self.block)) {
-            Gathered::Moving
-        } else {
-            Gathered::Rest
-        }
+        self.detector.push(sample)
     }
 
-    /// Counts the newest block as rest.
+    /// Adds the newest block to the rest.
     pub(crate) fn accept_block(&mut self) {
-        let (Some(anchor), Some(newest)) = (self.anchor, self.block.last()) else { return };
-        let block = Means::of(&self.block);
-        self.rest.merge(&block);
-        self.blocks.add(&block.as_sample(newest.time));
-        self.rest_time += newest.time - anchor.time;
-        self.anchor = Some(*newest);
-        self.block.clear();
+        self.detector.extend_rest();
     }
 
-    /// Samples since the rest that was counted.
+    /// Samples since the rest so far.
     pub(crate) fn block(&self) -> &[ImuSample] {
-        &self.block
+        self.detector.block()
     }
 
     /// Where the walk begins: the last sample of the rest, with the moving ones after it; the
     /// newest sample when there was no rest.
     pub(crate) fn handover(&self, newest: &ImuSample) -> (ImuSample, &[ImuSample]) {
-        match self.anchor {
-            Some(anchor) if self.is_rest() => (anchor, &self.block),
+        match self.detector.anchor() {
+            Some(anchor) if self.detector.has_rest() => (*anchor, self.detector.block()),
             _ => (*newest, &[]),
         }
     }
 
     /// Attitude from the samples so far; a heading that they do not carry is left out.
     pub(crate) fn attitude_so_far(&self) -> UnitQuaternion<f64> {
-        let mut all = self.rest;
-        all.merge(&Means::of(&self.block));
-        match (all.count > 0.0, self.anchor) {
+        let mut all = *self.detector.rest();
+        all.merge(&self.detector.block_statistics());
+        match (all.count() > 0.0, self.detector.anchor()) {
             (false, Some(first)) => self.attitude_of(&first.specific_force),
             _ => self.attitude_of(&all.specific_force()),
         }
@@ -204,30 +254,17 @@ impl Alignment {
     /// A foot that sways comes back, so the average falls with the time over which the angle is the
     /// same; within [`SWAY`] it does not average out.
     fn sway(&self) -> f64 {
-        let count = self.blocks.count;
+        let (means, rest) = (self.detector.block_means(), self.detector.duration());
+        let count = means.count();
         if count < 2.0 {
             return 0.0;
         }
-        self.blocks.gyro_std() * (count / (count - 1.0)).sqrt() * (SWAY / self.rest_time).min(1.0)
-    }
-
-    fn is_rest(&self) -> bool {
-        self.rest.count > 0.0
-            && self.rest_time >= SHORTEST_REST.min(self.config.duration) - 0.5 * BLOCK
-    }
-
-    fn rests(&self, block: &Means) -> bool {
-        let (accel_limit, gyro_limit) = (self.config.rest_accel_std, self.config.rest_gyro_std);
-        let quiet = block.accel_std() <= accel_limit && block.gyro_std() <= gyro_limit;
-        let drift_accel = (block.specific_force() - self.rest.specific_force()).norm();
-        let drift_gyro = (block.angular_rate() - self.rest.angular_rate()).norm();
-        quiet
-            && (self.rest.count == 0.0 || (drift_accel <= accel_limit && drift_gyro <= gyro_limit))
+        means.gyro_std().max() * (count / (count - 1.0)).sqrt() * (SWAY / rest).min(1.0)
     }
 
     fn finish(&self) -> Result<Aligned, DataError> {
-        let at_rest = self.is_rest();
-        let means = if at_rest { self.rest } else { Means::of(&self.block) };
+        let at_rest = self.detector.has_rest();
+        let means = if at_rest { *self.detector.rest() } else { self.detector.block_statistics() };
         let force = means.specific_force();
         if at_rest && !PLAUSIBLE_GRAVITY.contains(&(force.norm() / self.strapdown.gravity)) {
             return Err(DataError::NotGravity { magnitude: force.norm() });
@@ -235,7 +272,13 @@ impl Alignment {
         let attitude = self.towards_heading(self.level(&force))?;
         let earth_rate = attitude.inverse() * self.strapdown.earth_rate;
         let gyro_bias = if at_rest { means.angular_rate() - earth_rate } else { Vector3::zeros() };
-        Ok(Aligned { attitude, gyro_bias, at_rest, rest: self.rest_time, sway: self.sway() })
+        Ok(Aligned {
+            attitude,
+            gyro_bias,
+            at_rest,
+            rest: self.detector.duration(),
+            sway: self.sway(),
+        })
     }
 
     fn level(&self, force: &Vector3<f64>) -> UnitQuaternion<f64> {
@@ -309,68 +352,6 @@ impl Axis {
             Self::MinusZ => "-z",
         }
     }
-}
-
-/// Sums of samples and of their squares.
-#[derive(Clone, Copy, Debug, Default)]
-struct Means {
-    count: f64,
-    force: Vector3<f64>,
-    force_squares: Vector3<f64>,
-    rate: Vector3<f64>,
-    rate_squares: Vector3<f64>,
-}
-
-impl Means {
-    fn of(samples: &[ImuSample]) -> Self {
-        let mut means = Self::default();
-        for sample in samples {
-            means.add(sample);
-        }
-        means
-    }
-
-    fn add(&mut self, sample: &ImuSample) {
-        self.count += 1.0;
-        self.force += sample.specific_force;
-        self.force_squares += sample.specific_force.component_mul(&sample.specific_force);
-        self.rate += sample.angular_rate;
-        self.rate_squares += sample.angular_rate.component_mul(&sample.angular_rate);
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.count += other.count;
-        self.force += other.force;
-        self.force_squares += other.force_squares;
-        self.rate += other.rate;
-        self.rate_squares += other.rate_squares;
-    }
-
-    fn as_sample(&self, time: f64) -> ImuSample {
-        ImuSample { time, specific_force: self.specific_force(), angular_rate: self.angular_rate() }
-    }
-
-    fn specific_force(&self) -> Vector3<f64> {
-        self.force / self.count
-    }
-
-    fn angular_rate(&self) -> Vector3<f64> {
-        self.rate / self.count
-    }
-
-    /// Greatest standard deviation of the three axes.
-    fn accel_std(&self) -> f64 {
-        greatest_std(&self.force, &self.force_squares, self.count)
-    }
-
-    fn gyro_std(&self) -> f64 {
-        greatest_std(&self.rate, &self.rate_squares, self.count)
-    }
-}
-
-fn greatest_std(sum: &Vector3<f64>, squares: &Vector3<f64>, count: f64) -> f64 {
-    let mean = sum / count;
-    (squares / count - mean.component_mul(&mean)).max().max(0.0).sqrt()
 }
 
 #[cfg(test)]

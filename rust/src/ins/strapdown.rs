@@ -2,8 +2,8 @@
 //! attitude.
 //!
 //! A sample is the mean over the interval that it ends, so that rate times interval is an
-//! increment.  A sample speaks for at most [`MAX_HOLD`] nominal intervals; what lies before that,
-//! in a gap, is bridged with the mean of the samples on both sides.
+//! increment.  A sample covers at most [`MAX_HOLD`] nominal intervals; what lies before that,
+//! in a gap, is interpolated as the mean of the samples on both sides.
 //!
 //! # References
 //! - P. G. Savage, "Strapdown Inertial Navigation Integration Algorithm Design", J. Guidance
@@ -14,31 +14,29 @@
 //! - Wang, Liu, Sun, Cai, Cheng, Electronics 8(12):1405, 2019: eq. 1 (first-order form).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
 
 use crate::math::rotation_kernels;
-use crate::math::simd::{Baseline, Lanes};
+use crate::math::simd::{Baseline, Simd};
+use crate::settings::choices;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
 
-/// Number of nominal intervals that one sample speaks for.
+/// Number of nominal intervals for which a sample is held, at most.
 pub const MAX_HOLD: f64 = 1.5;
 
-/// How increments become attitude, velocity and position.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum MechanizationKind {
-    /// Coning and sculling compensated with the increments of two successive samples (Wu et al.).
-    #[default]
-    TwoSample,
-    /// Rate and specific force taken as constant over the interval; rotation compensated, coning
-    /// and sculling not.
-    SingleSample,
-    /// C = C (I + ΩT), v += (C f + g) T, p += v T + (C f + g) T²/2 with the new v, as printed (Wang
-    /// et al. 2019, eq. 1); the attitude is made orthonormal again after each step, and the Earth
-    /// does not turn it.
-    FirstOrder,
+choices! {
+    /// How increments become attitude, velocity and position.
+    pub enum MechanizationKind {
+        /// Coning and sculling compensated with the increments of two successive samples (Wu et
+        /// al.).
+        TwoSample = "two-sample",
+        /// Angular rate and specific force constant over the interval: rotation compensated, coning
+        /// and sculling not.
+        SingleSample = "single-sample",
+        /// First-order form as published (Wang et al. 2019, eq. 1); the attitude is
+        /// orthonormalized after each step, and Earth rate is not part of it.
+        FirstOrder = "first-order",
+    }
 }
 
 /// The sensor increments of one interval.
@@ -60,7 +58,7 @@ impl Increments {
 
 /// What one step of the mechanization did, as the error model needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct StrapdownStep {
     /// Length of the interval, s.
     pub dt: f64,
     /// Integral of the specific force over the interval in n, m/s.
@@ -94,10 +92,10 @@ impl Strapdown {
             angle: dt * current.angular_rate,
             velocity: dt * current.specific_force,
         };
-        let bridged = self.bridged(previous, current);
-        if bridged > 0.0 {
-            now.angle += 0.5 * bridged * (previous.angular_rate - current.angular_rate);
-            now.velocity += 0.5 * bridged * (previous.specific_force - current.specific_force);
+        let gap_duration = self.gap_duration(previous, current);
+        if gap_duration > 0.0 {
+            now.angle += 0.5 * gap_duration * (previous.angular_rate - current.angular_rate);
+            now.velocity += 0.5 * gap_duration * (previous.specific_force - current.specific_force);
         }
         now
     }
@@ -106,48 +104,55 @@ impl Strapdown {
     /// missing.
     #[must_use]
     #[inline(always)]
-    pub fn bridged(&self, previous: &ImuSample, current: &ImuSample) -> f64 {
+    pub fn gap_duration(&self, previous: &ImuSample, current: &ImuSample) -> f64 {
         (current.time - previous.time - MAX_HOLD * self.nominal_interval).max(0.0)
     }
 
     /// Advances `state` over the interval of `now`; `before` are the increments of the interval
     /// that ended where this one begins.
-    pub fn advance(&self, state: &mut NavState, before: &Increments, now: &Increments) -> Step {
-        self.advance_on::<Baseline>(state, before, now)
-    }
-
-    /// The same on the lanes that the caller is compiled for.
-    #[inline(always)]
-    pub(crate) fn advance_on<L: Lanes>(
+    pub fn advance(
         &self,
         state: &mut NavState,
         before: &Increments,
         now: &Increments,
-    ) -> Step {
+    ) -> StrapdownStep {
+        self.advance_with(Baseline, state, before, now)
+    }
+
+    /// As [`Strapdown::advance`], with an instruction set.
+    #[inline(always)]
+    pub(crate) fn advance_with(
+        &self,
+        simd: impl Simd,
+        state: &mut NavState,
+        before: &Increments,
+        now: &Increments,
+    ) -> StrapdownStep {
         let dt = now.dt;
         let start = state.velocity;
         let (rotation_vector, velocity_increment_n) = match self.kind {
-            MechanizationKind::TwoSample => two_sample::<L>(before, now),
-            MechanizationKind::SingleSample => single_sample::<L>(now),
-            MechanizationKind::FirstOrder => first_order::<L>(now),
+            MechanizationKind::TwoSample => two_sample(simd, before, now),
+            MechanizationKind::SingleSample => single_sample(simd, now),
+            MechanizationKind::FirstOrder => first_order(simd, now),
         };
         let velocity_increment_n =
-            rotation_kernels::rotate::<L>(&state.attitude, &velocity_increment_n);
-        let attitude = self.turn::<L>(&state.attitude, &rotation_vector, dt);
+            rotation_kernels::rotate(simd, &state.attitude, &velocity_increment_n);
+        let attitude = self.rotated(simd, &state.attitude, &rotation_vector, dt);
         let matrix = match self.kind {
-            MechanizationKind::FirstOrder => published::<L>(&state.attitude, &now.angle),
-            _ => rotation_kernels::matrix::<L>(&attitude),
+            MechanizationKind::FirstOrder => published(simd, &state.attitude, &now.angle),
+            _ => rotation_kernels::matrix(simd, &attitude),
         };
         state.velocity += velocity_increment_n;
-        state.velocity.z = L::fused(-dt, self.gravity, state.velocity.z);
-        if earth_turns(&self.earth_rate) {
+        state.velocity.z = simd.mul_add(-dt, self.gravity, state.velocity.z);
+        if is_rotating(&self.earth_rate) {
             state.velocity -= 2.0 * dt * self.earth_rate.cross(&start);
         }
         state.position = match self.kind {
             MechanizationKind::FirstOrder => {
                 state.position + dt * (1.5 * state.velocity - 0.5 * start)
             }
-            _ => rotation_kernels::plus_scaled::<L>(
+            _ => rotation_kernels::add_scaled(
+                simd,
                 &state.position,
                 0.5 * dt,
                 &(start + state.velocity),
@@ -155,7 +160,7 @@ impl Strapdown {
         };
         state.attitude = attitude;
         state.time += dt;
-        Step { dt, velocity_increment_n, attitude: matrix }
+        StrapdownStep { dt, velocity_increment_n, attitude: matrix }
     }
 
     /// The attitude after a turn of the sensor, and of the Earth but for the first-order form.
@@ -163,20 +168,22 @@ impl Strapdown {
     /// It is the attitude before that is brought back to unit length: that needs not wait for the
     /// turn, and one turn leaves no more than rounding.
     #[inline(always)]
-    fn turn<L: Lanes>(
+    fn rotated(
         &self,
+        simd: impl Simd,
         attitude: &UnitQuaternion<f64>,
         rotation_vector: &Vector3<f64>,
         dt: f64,
     ) -> UnitQuaternion<f64> {
-        let turned = rotation_kernels::turn_before::<L>(
-            &rotation_kernels::renormalize::<L>(attitude),
+        let turned = rotation_kernels::rotate_in_body(
+            simd,
+            &rotation_kernels::renormalize(simd, attitude),
             rotation_vector,
         );
-        if self.kind == MechanizationKind::FirstOrder || !earth_turns(&self.earth_rate) {
+        if self.kind == MechanizationKind::FirstOrder || !is_rotating(&self.earth_rate) {
             return turned;
         }
-        rotation_kernels::turn_after::<L>(&turned, &(-dt * self.earth_rate))
+        rotation_kernels::rotate_in_nav(simd, &turned, &(-dt * self.earth_rate))
     }
 }
 
@@ -186,46 +193,54 @@ impl Strapdown {
 /// Coning turns the rotation vector by `w θ' × θ`; rotation and sculling turn the velocity by `½ θ
 /// × v + w (θ' × v + v' × θ)`.
 #[inline(always)]
-fn two_sample<L: Lanes>(before: &Increments, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+fn two_sample(
+    simd: impl Simd,
+    before: &Increments,
+    now: &Increments,
+) -> (Vector3<f64>, Vector3<f64>) {
     let weight = coning_weight(before.dt, now.dt);
-    let coning = rotation_kernels::cross::<L>(&before.angle, &now.angle);
-    let sculling = rotation_kernels::cross::<L>(&before.angle, &now.velocity);
-    let sculling = rotation_kernels::plus_cross::<L>(&sculling, &before.velocity, &now.angle);
-    let (rotation_vector, rotated) = single_sample::<L>(now);
+    let coning = rotation_kernels::cross(simd, &before.angle, &now.angle);
+    let sculling = rotation_kernels::cross(simd, &before.angle, &now.velocity);
+    let sculling = rotation_kernels::add_cross(simd, &sculling, &before.velocity, &now.angle);
+    let (rotation_vector, rotated) = single_sample(simd, now);
     (
-        rotation_kernels::plus_scaled::<L>(&rotation_vector, weight, &coning),
-        rotation_kernels::plus_scaled::<L>(&rotated, weight, &sculling),
+        rotation_kernels::add_scaled(simd, &rotation_vector, weight, &coning),
+        rotation_kernels::add_scaled(simd, &rotated, weight, &sculling),
     )
 }
 
 /// Rotation turns the velocity by `½ θ × v`.
 #[inline(always)]
-fn single_sample<L: Lanes>(now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
-    (now.angle, rotation_kernels::plus_cross::<L>(&now.velocity, &(0.5 * now.angle), &now.velocity))
+fn single_sample(simd: impl Simd, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+    (now.angle, rotation_kernels::add_cross(simd, &now.velocity, &(0.5 * now.angle), &now.velocity))
 }
 
 /// The rotation nearest to C (I + [θ×]) turns by atan |θ| about θ; the velocity turns with the
 /// matrix before it is made orthonormal, as published.
 #[inline(always)]
-fn first_order<L: Lanes>(now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
+fn first_order(simd: impl Simd, now: &Increments) -> (Vector3<f64>, Vector3<f64>) {
     let angle = now.angle.norm();
     let nearest = if angle > 0.0 { angle.atan() / angle } else { 1.0 };
     (
         nearest * now.angle,
-        rotation_kernels::plus_cross::<L>(&now.velocity, &now.angle, &now.velocity),
+        rotation_kernels::add_cross(simd, &now.velocity, &now.angle, &now.velocity),
     )
 }
 
 /// C (I + [θ×]), as published.
 #[inline(always)]
-fn published<L: Lanes>(attitude: &UnitQuaternion<f64>, angle: &Vector3<f64>) -> Matrix3<f64> {
-    let matrix = rotation_kernels::matrix::<L>(attitude);
-    rotation_kernels::plus_times_cross_matrix::<L>(&matrix, &matrix, angle)
+fn published(
+    simd: impl Simd,
+    attitude: &UnitQuaternion<f64>,
+    angle: &Vector3<f64>,
+) -> Matrix3<f64> {
+    let matrix = rotation_kernels::matrix(simd, attitude);
+    rotation_kernels::add_cross_matrix_product(simd, &matrix, &matrix, angle)
 }
 
 /// Whether a rotation rate of the Earth is not neglected.
 #[inline]
-pub(crate) fn earth_turns(rate: &Vector3<f64>) -> bool {
+pub(crate) fn is_rotating(rate: &Vector3<f64>) -> bool {
     rate.norm_squared() > 0.0
 }
 

@@ -5,14 +5,14 @@
 //! is zero: a row is one vector of a processor with AVX.  All products of blocks are of one kind,
 //! `C + A B`: numbers of A, read from memory, times rows of B.
 //!
-//! What works on loaded blocks is inlined by force into the functions that [`crate::lanes`]
+//! What works on loaded blocks is inlined by force into the functions that [`crate::math::simd`]
 //! compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
 
 use std::ops::{Index, IndexMut};
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::math::simd::Lanes;
+use crate::math::simd::{F64x4, Simd};
 
 /// Number of blocks in a row.
 pub(crate) const BLOCKS: usize = 5;
@@ -74,9 +74,9 @@ impl Block3 {
 
     /// The numbers of a column, each in all places of the lanes.
     #[inline(always)]
-    pub(crate) fn spread_column<L: Lanes>(&self, k: usize) -> [L; 3] {
+    pub(crate) fn broadcast_column<S: Simd>(&self, k: usize) -> [S::F64x4; 3] {
         let [a, b, c] = &self.0;
-        [L::splat(a[k]), L::splat(b[k]), L::splat(c[k])]
+        [S::F64x4::splat(a[k]), S::F64x4::splat(b[k]), S::F64x4::splat(c[k])]
     }
 
     /// Adds to the diagonal.
@@ -95,67 +95,67 @@ impl Block3 {
 }
 
 /// The numbers of a vector that many rows are multiplied by, each in all places of the lanes.
-pub(crate) struct BroadcastVector<L>([L; 3]);
+pub(crate) struct BroadcastVector<S: Simd>([S::F64x4; 3]);
 
-impl<L: Lanes> BroadcastVector<L> {
+impl<S: Simd> BroadcastVector<S> {
     #[inline(always)]
     pub(crate) fn new(v: &Vector3<f64>) -> Self {
-        Self([L::splat(v.x), L::splat(v.y), L::splat(v.z)])
+        Self([S::F64x4::splat(v.x), S::F64x4::splat(v.y), S::F64x4::splat(v.z)])
     }
 
     /// `[v×] right`.
     #[inline(always)]
-    pub(crate) fn cross(&self, BlockReg([x, y, z]): BlockReg<L>) -> BlockReg<L> {
+    pub(crate) fn cross(&self, BlockReg([x, y, z]): BlockReg<S>) -> BlockReg<S> {
         let [u, v, w] = self.0;
         BlockReg([
-            v.times(z).minus_times(w, y),
-            w.times(x).minus_times(u, z),
-            u.times(y).minus_times(v, x),
+            v.mul(z).sub_product_of(w, y),
+            w.mul(x).sub_product_of(u, z),
+            u.mul(y).sub_product_of(v, x),
         ])
     }
 }
 
 /// As [`BroadcastVector`], of a matrix.
-pub(crate) struct BroadcastMatrix<L>([[L; 3]; 3]);
+pub(crate) struct BroadcastMatrix<S: Simd>([[S::F64x4; 3]; 3]);
 
-impl<L: Lanes> BroadcastMatrix<L> {
+impl<S: Simd> BroadcastMatrix<S> {
     #[inline(always)]
     pub(crate) fn new(m: &Matrix3<f64>) -> Self {
         Self([
-            [L::splat(m.m11), L::splat(m.m12), L::splat(m.m13)],
-            [L::splat(m.m21), L::splat(m.m22), L::splat(m.m23)],
-            [L::splat(m.m31), L::splat(m.m32), L::splat(m.m33)],
+            [S::F64x4::splat(m.m11), S::F64x4::splat(m.m12), S::F64x4::splat(m.m13)],
+            [S::F64x4::splat(m.m21), S::F64x4::splat(m.m22), S::F64x4::splat(m.m23)],
+            [S::F64x4::splat(m.m31), S::F64x4::splat(m.m32), S::F64x4::splat(m.m33)],
         ])
     }
 
     /// The rows of mᵀ.
     #[inline(always)]
-    pub(crate) fn transposed(&self) -> BlockReg<L> {
+    pub(crate) fn transposed(&self) -> BlockReg<S> {
         let [a, b, c] = self.0;
         BlockReg([
-            L::diagonal(a[0], b[0], c[0]),
-            L::diagonal(a[1], b[1], c[1]),
-            L::diagonal(a[2], b[2], c[2]),
+            S::F64x4::diagonal(a[0], b[0], c[0]),
+            S::F64x4::diagonal(a[1], b[1], c[1]),
+            S::F64x4::diagonal(a[2], b[2], c[2]),
         ])
     }
 
     /// `m right`.
     #[inline(always)]
-    pub(crate) fn times(&self, BlockReg([x, y, z]): BlockReg<L>) -> BlockReg<L> {
+    pub(crate) fn mul(&self, BlockReg([x, y, z]): BlockReg<S>) -> BlockReg<S> {
         let [a, b, c] = self.0;
         BlockReg([
-            a[0].times(x).plus_times(a[1], y).plus_times(a[2], z),
-            b[0].times(x).plus_times(b[1], y).plus_times(b[2], z),
-            c[0].times(x).plus_times(c[1], y).plus_times(c[2], z),
+            a[0].mul(x).add_product_of(a[1], y).add_product_of(a[2], z),
+            b[0].mul(x).add_product_of(b[1], y).add_product_of(b[2], z),
+            c[0].mul(x).add_product_of(c[1], y).add_product_of(c[2], z),
         ])
     }
 }
 
 /// A 3x3 block that is being worked on.
 #[derive(Clone, Copy)]
-pub(crate) struct BlockReg<L>(pub(crate) [L; 3]);
+pub(crate) struct BlockReg<S: Simd>(pub(crate) [S::F64x4; 3]);
 
-impl<L: Lanes> BlockReg<L> {
+impl<S: Simd> BlockReg<S> {
     #[inline(always)]
     pub(crate) fn zero() -> Self {
         Self::from(&Block3::default())
@@ -163,7 +163,7 @@ impl<L: Lanes> BlockReg<L> {
 
     #[inline(always)]
     pub(crate) fn from(Block3([a, b, c]): &Block3) -> Self {
-        Self([L::load(a), L::load(b), L::load(c)])
+        Self([S::F64x4::load(a), S::F64x4::load(b), S::F64x4::load(c)])
     }
 
     #[inline(always)]
@@ -175,7 +175,7 @@ impl<L: Lanes> BlockReg<L> {
     }
 
     #[inline(always)]
-    pub(crate) fn stored(self) -> Block3 {
+    pub(crate) fn to_block(self) -> Block3 {
         let mut rows = Block3::default();
         self.store(&mut rows);
         rows
@@ -183,174 +183,182 @@ impl<L: Lanes> BlockReg<L> {
 
     #[inline(always)]
     pub(crate) fn transpose(self) -> Self {
-        Self(L::transpose(self.0))
+        Self(S::F64x4::transpose(self.0))
     }
 
     /// `self + factor * other`.
     #[inline(always)]
-    pub(crate) fn plus(self, factor: f64, other: Self) -> Self {
-        self.plus_scaled(L::splat(factor), other)
+    pub(crate) fn add_scaled(self, factor: f64, other: Self) -> Self {
+        self.add_broadcast_scaled(S::F64x4::splat(factor), other)
     }
 
     #[inline(always)]
-    pub(crate) fn halved(self) -> Block3 {
-        Self::zero().plus(0.5, self).stored()
+    pub(crate) fn half(self) -> Block3 {
+        Self::zero().add_scaled(0.5, self).to_block()
     }
 
     /// `selfᵀ y`.
     #[inline(always)]
-    pub(crate) fn combined(self, y: &Vector3<f64>) -> L {
+    pub(crate) fn transposed_mul(self, y: &Vector3<f64>) -> S::F64x4 {
         let [a, b, c] = self.0;
-        a.scaled(y.x).plus(y.y, b).plus(y.z, c)
+        a.scale(y.x).add_scaled(y.y, b).add_scaled(y.z, c)
     }
 
     /// `self + value I`.
     #[inline(always)]
-    pub(crate) fn plus_diagonal(self, value: f64) -> Self {
+    pub(crate) fn add_to_diagonal(self, value: f64) -> Self {
         let [a, b, c] = self.0;
-        let of = |x, y, z| L::of([x, y, z]);
+        let unit = |x, y, z| S::F64x4::from_array([x, y, z]);
         Self([
-            a.plus(value, of(1.0, 0.0, 0.0)),
-            b.plus(value, of(0.0, 1.0, 0.0)),
-            c.plus(value, of(0.0, 0.0, 1.0)),
+            a.add_scaled(value, unit(1.0, 0.0, 0.0)),
+            b.add_scaled(value, unit(0.0, 1.0, 0.0)),
+            c.add_scaled(value, unit(0.0, 0.0, 1.0)),
         ])
     }
 
     /// `self + (half + halfᵀ)`, in this order, which keeps a symmetric block symmetric to the bit.
     #[inline(always)]
     pub(crate) fn add_symmetrized(self, half: Self) -> Self {
-        self.plus(1.0, half.plus_transpose())
+        self.add_scaled(1.0, half.add_transpose())
     }
 
     /// `self + selfᵀ`, symmetric to the bit.
     #[inline(always)]
-    pub(crate) fn plus_transpose(self) -> Self {
-        self.plus(1.0, self.transpose())
+    pub(crate) fn add_transpose(self) -> Self {
+        self.add_scaled(1.0, self.transpose())
     }
 
     /// `self + left right`.
     #[inline(always)]
-    pub(crate) fn plus_product(self, Block3(left): &Block3, Self([x, y, z]): Self) -> Self {
+    pub(crate) fn add_product(self, Block3(left): &Block3, Self([x, y, z]): Self) -> Self {
         let [a, b, c] = self.0;
         let [i, j, k] = left;
         Self([
-            a.plus(i[0], x).plus(i[1], y).plus(i[2], z),
-            b.plus(j[0], x).plus(j[1], y).plus(j[2], z),
-            c.plus(k[0], x).plus(k[1], y).plus(k[2], z),
+            a.add_scaled(i[0], x).add_scaled(i[1], y).add_scaled(i[2], z),
+            b.add_scaled(j[0], x).add_scaled(j[1], y).add_scaled(j[2], z),
+            c.add_scaled(k[0], x).add_scaled(k[1], y).add_scaled(k[2], z),
         ])
     }
 
     /// `left self`, where all above the diagonal of `left` is zero.
     #[inline(always)]
-    pub(crate) fn times_lower(self, Block3(left): &Block3) -> Self {
+    pub(crate) fn lower_mul(self, Block3(left): &Block3) -> Self {
         let ([x, y, z], [i, j, k]) = (self.0, left);
         Self([
-            x.scaled(i[0]),
-            x.scaled(j[0]).plus(j[1], y),
-            x.scaled(k[0]).plus(k[1], y).plus(k[2], z),
+            x.scale(i[0]),
+            x.scale(j[0]).add_scaled(j[1], y),
+            x.scale(k[0]).add_scaled(k[1], y).add_scaled(k[2], z),
         ])
     }
 
     /// `self + [v×] right`.
     #[inline(always)]
-    pub(crate) fn plus_cross(
+    pub(crate) fn add_cross(
         self,
-        BroadcastVector([u, v, w]): &BroadcastVector<L>,
+        BroadcastVector([u, v, w]): &BroadcastVector<S>,
         Self([x, y, z]): Self,
     ) -> Self {
         let [a, b, c] = self.0;
         Self([
-            a.plus_times(*v, z).minus_times(*w, y),
-            b.plus_times(*w, x).minus_times(*u, z),
-            c.plus_times(*u, y).minus_times(*v, x),
+            a.add_product_of(*v, z).sub_product_of(*w, y),
+            b.add_product_of(*w, x).sub_product_of(*u, z),
+            c.add_product_of(*u, y).sub_product_of(*v, x),
         ])
     }
 
     /// `self + left right`.
     #[inline(always)]
-    pub(crate) fn plus_spread_product(
+    pub(crate) fn add_broadcast_product(
         self,
-        BroadcastMatrix([i, j, k]): &BroadcastMatrix<L>,
+        BroadcastMatrix([i, j, k]): &BroadcastMatrix<S>,
         Self([x, y, z]): Self,
     ) -> Self {
         let [a, b, c] = self.0;
         Self([
-            a.plus_times(i[0], x).plus_times(i[1], y).plus_times(i[2], z),
-            b.plus_times(j[0], x).plus_times(j[1], y).plus_times(j[2], z),
-            c.plus_times(k[0], x).plus_times(k[1], y).plus_times(k[2], z),
+            a.add_product_of(i[0], x).add_product_of(i[1], y).add_product_of(i[2], z),
+            b.add_product_of(j[0], x).add_product_of(j[1], y).add_product_of(j[2], z),
+            c.add_product_of(k[0], x).add_product_of(k[1], y).add_product_of(k[2], z),
         ])
     }
 
     /// `self + factor * other`.
     #[inline(always)]
-    pub(crate) fn plus_scaled(self, factor: L, other: Self) -> Self {
+    pub(crate) fn add_broadcast_scaled(self, factor: S::F64x4, other: Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([a.plus_times(factor, x), b.plus_times(factor, y), c.plus_times(factor, z)])
+        Self([
+            a.add_product_of(factor, x),
+            b.add_product_of(factor, y),
+            c.add_product_of(factor, z),
+        ])
     }
 
     /// `self - factor * other`.
     #[inline(always)]
-    pub(crate) fn minus_scaled(self, factor: L, other: Self) -> Self {
+    pub(crate) fn sub_broadcast_scaled(self, factor: S::F64x4, other: Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([a.minus_times(factor, x), b.minus_times(factor, y), c.minus_times(factor, z)])
+        Self([
+            a.sub_product_of(factor, x),
+            b.sub_product_of(factor, y),
+            c.sub_product_of(factor, z),
+        ])
     }
 
     /// `self + leftᵀ right`.
     #[inline(always)]
-    pub(crate) fn plus_transposed_product(
+    pub(crate) fn add_transposed_product(
         self,
         Block3([i, j, k]): &Block3,
         Self([x, y, z]): Self,
     ) -> Self {
         let [a, b, c] = self.0;
         Self([
-            a.plus(i[0], x).plus(j[0], y).plus(k[0], z),
-            b.plus(i[1], x).plus(j[1], y).plus(k[1], z),
-            c.plus(i[2], x).plus(j[2], y).plus(k[2], z),
+            a.add_scaled(i[0], x).add_scaled(j[0], y).add_scaled(k[0], z),
+            b.add_scaled(i[1], x).add_scaled(j[1], y).add_scaled(k[1], z),
+            c.add_scaled(i[2], x).add_scaled(j[2], y).add_scaled(k[2], z),
         ])
     }
 
     /// `row + leftᵀ self`, where `left` is a column.
     #[inline(always)]
-    pub(crate) fn plus_row_product(self, row: L, left: &Vector3<f64>) -> L {
+    pub(crate) fn add_row_product(self, row: S::F64x4, left: &Vector3<f64>) -> S::F64x4 {
         let [a, b, c] = self.0;
-        row.plus(left.x, a).plus(left.y, b).plus(left.z, c)
+        row.add_scaled(left.x, a).add_scaled(left.y, b).add_scaled(left.z, c)
     }
 
     /// `row` plus the sum of the rows of `self` times those of `other`, number by number: the
     /// diagonal of `selfᵀ other`.
     #[inline(always)]
-    pub(crate) fn plus_inner_products(self, row: L, other: Self) -> L {
+    pub(crate) fn add_inner_products(self, row: S::F64x4, other: Self) -> S::F64x4 {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        row.plus_times(a, x).plus_times(b, y).plus_times(c, z)
+        row.add_product_of(a, x).add_product_of(b, y).add_product_of(c, z)
     }
 
     /// `self` plus the rows of `other` times `row`, number by number: what adds up to `other rowᵀ`.
     #[inline(always)]
-    pub(crate) fn plus_rows_times(self, Block3([i, j, k]): &Block3, row: L) -> Self {
+    pub(crate) fn add_outer_products(self, Block3([i, j, k]): &Block3, row: S::F64x4) -> Self {
         let [a, b, c] = self.0;
         Self([
-            a.plus_times(L::load(i), row),
-            b.plus_times(L::load(j), row),
-            c.plus_times(L::load(k), row),
+            a.add_product_of(S::F64x4::load(i), row),
+            b.add_product_of(S::F64x4::load(j), row),
+            c.add_product_of(S::F64x4::load(k), row),
         ])
     }
 
     /// The sum of the numbers of each row.
     #[inline(always)]
-    pub(crate) fn sums(self) -> L {
+    pub(crate) fn sums(self) -> S::F64x4 {
         let [a, b, c] = self.transpose().0;
-        a.plus(1.0, b).plus(1.0, c)
+        a.add_scaled(1.0, b).add_scaled(1.0, c)
     }
 }
 
 #[inline(always)]
-pub(crate) fn load<L: Lanes>(rows: &Block3) -> BlockReg<L> {
+pub(crate) fn load<S: Simd>(rows: &Block3) -> BlockReg<S> {
     BlockReg::from(rows)
 }
 
 /// The block (i, j), above or below the diagonal.
 #[inline(always)]
-pub(crate) fn load_at<L: Lanes>(p: &Upper, i: usize, j: usize) -> BlockReg<L> {
+pub(crate) fn load_at<S: Simd>(p: &Upper, i: usize, j: usize) -> BlockReg<S> {
     if i <= j { load(&p[at(i, j)]) } else { load(&p[at(j, i)]).transpose() }
 }

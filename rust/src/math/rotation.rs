@@ -22,7 +22,7 @@ pub fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
 #[must_use]
 #[inline]
 pub fn exp(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
-    rotation_kernels::exp::<Baseline>(rotation_vector)
+    rotation_kernels::exp(Baseline, rotation_vector)
 }
 
 /// Yaw of the sensor's `axis` (rad, anticlockwise from n x) and its elevation (rad, up positive).

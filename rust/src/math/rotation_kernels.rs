@@ -3,144 +3,156 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::math::simd::Lanes;
+use crate::math::simd::Simd;
 
 /// Square of half an angle up to which a polynomial replaces sine and cosine.
 const SMALL: f64 = 0.0625;
 
 /// `a × b`.
 #[inline(always)]
-pub(crate) fn cross<L: Lanes>(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn cross<S: Simd>(simd: S, a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(
-        L::fused(a.y, b.z, -a.z * b.y),
-        L::fused(a.z, b.x, -a.x * b.z),
-        L::fused(a.x, b.y, -a.y * b.x),
+        simd.mul_add(a.y, b.z, -a.z * b.y),
+        simd.mul_add(a.z, b.x, -a.x * b.z),
+        simd.mul_add(a.x, b.y, -a.y * b.x),
     )
 }
 
 /// `c + a × b`.
 #[inline(always)]
-pub(crate) fn plus_cross<L: Lanes>(
+pub(crate) fn add_cross<S: Simd>(
+    simd: S,
     c: &Vector3<f64>,
     a: &Vector3<f64>,
     b: &Vector3<f64>,
 ) -> Vector3<f64> {
     Vector3::new(
-        L::fused(a.y, b.z, L::fused(-a.z, b.y, c.x)),
-        L::fused(a.z, b.x, L::fused(-a.x, b.z, c.y)),
-        L::fused(a.x, b.y, L::fused(-a.y, b.x, c.z)),
+        simd.mul_add(a.y, b.z, simd.mul_add(-a.z, b.y, c.x)),
+        simd.mul_add(a.z, b.x, simd.mul_add(-a.x, b.z, c.y)),
+        simd.mul_add(a.x, b.y, simd.mul_add(-a.y, b.x, c.z)),
     )
 }
 
 /// `c + a b`.
 #[inline(always)]
-pub(crate) fn plus_scaled<L: Lanes>(c: &Vector3<f64>, a: f64, b: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(L::fused(a, b.x, c.x), L::fused(a, b.y, c.y), L::fused(a, b.z, c.z))
+pub(crate) fn add_scaled<S: Simd>(
+    simd: S,
+    c: &Vector3<f64>,
+    a: f64,
+    b: &Vector3<f64>,
+) -> Vector3<f64> {
+    Vector3::new(simd.mul_add(a, b.x, c.x), simd.mul_add(a, b.y, c.y), simd.mul_add(a, b.z, c.z))
 }
 
 /// `m + c [v×]`.
 #[inline(always)]
-pub(crate) fn plus_times_cross_matrix<L: Lanes>(
+pub(crate) fn add_cross_matrix_product<S: Simd>(
+    simd: S,
     m: &Matrix3<f64>,
     c: &Matrix3<f64>,
     v: &Vector3<f64>,
 ) -> Matrix3<f64> {
     let a =
-        plus_cross::<L>(&Vector3::new(m.m11, m.m12, m.m13), &Vector3::new(c.m11, c.m12, c.m13), v);
+        add_cross(simd, &Vector3::new(m.m11, m.m12, m.m13), &Vector3::new(c.m11, c.m12, c.m13), v);
     let b =
-        plus_cross::<L>(&Vector3::new(m.m21, m.m22, m.m23), &Vector3::new(c.m21, c.m22, c.m23), v);
+        add_cross(simd, &Vector3::new(m.m21, m.m22, m.m23), &Vector3::new(c.m21, c.m22, c.m23), v);
     let c =
-        plus_cross::<L>(&Vector3::new(m.m31, m.m32, m.m33), &Vector3::new(c.m31, c.m32, c.m33), v);
+        add_cross(simd, &Vector3::new(m.m31, m.m32, m.m33), &Vector3::new(c.m31, c.m32, c.m33), v);
     Matrix3::new(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z)
 }
 
 /// `q v q*`.
 #[inline(always)]
-pub(crate) fn rotate<L: Lanes>(q: &UnitQuaternion<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn rotate<S: Simd>(simd: S, q: &UnitQuaternion<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let axis = Vector3::new(q.i, q.j, q.k);
-    let moved = cross::<L>(&axis, &(2.0 * v));
-    plus_cross::<L>(&plus_scaled::<L>(v, q.w, &moved), &axis, &moved)
+    let moved = cross(simd, &axis, &(2.0 * v));
+    add_cross(simd, &add_scaled(simd, v, q.w, &moved), &axis, &moved)
 }
 
-/// `q exp(ρ)`: a turn by |ρ| about ρ (rad) in the frame that q leads from.
+/// `q exp(ρ)`: the attitude after a rotation by |ρ| about ρ (rad) in b.
 #[inline(always)]
-pub(crate) fn turn_before<L: Lanes>(
+pub(crate) fn rotate_in_body<S: Simd>(
+    simd: S,
     q: &UnitQuaternion<f64>,
     rotation_vector: &Vector3<f64>,
 ) -> UnitQuaternion<f64> {
     let half = 0.5 * rotation_vector;
     let axis = Vector3::new(q.i, q.j, q.k);
-    part_way::<L>(q, &half, &plus_cross::<L>(&(q.w * half), &axis, &half))
+    compose(simd, q, &half, &add_cross(simd, &(q.w * half), &axis, &half))
 }
 
-/// `exp(ρ) q`: a turn by |ρ| about ρ (rad) in the frame that q leads to.
+/// `exp(ρ) q`: the attitude after a rotation by |ρ| about ρ (rad) in n.
 #[inline(always)]
-pub(crate) fn turn_after<L: Lanes>(
+pub(crate) fn rotate_in_nav<S: Simd>(
+    simd: S,
     q: &UnitQuaternion<f64>,
     rotation_vector: &Vector3<f64>,
 ) -> UnitQuaternion<f64> {
     let half = 0.5 * rotation_vector;
     let axis = Vector3::new(q.i, q.j, q.k);
-    part_way::<L>(q, &half, &plus_cross::<L>(&(q.w * half), &half, &axis))
+    compose(simd, q, &half, &add_cross(simd, &(q.w * half), &half, &axis))
 }
 
 /// `q cos |h| + q' sin |h| / |h|`, where q' is the product of q and h, and its vector needs not
 /// wait for sine and cosine.
 #[inline(always)]
-fn part_way<L: Lanes>(
+fn compose<S: Simd>(
+    simd: S,
     q: &UnitQuaternion<f64>,
     half: &Vector3<f64>,
     vector_of_product: &Vector3<f64>,
 ) -> UnitQuaternion<f64> {
-    let (cos, sinc) = cos_and_sinc::<L>(half);
-    let scalar_of_product = L::fused(q.i, half.x, L::fused(q.j, half.y, q.k * half.z));
+    let (cos, sinc) = cos_and_sinc(simd, half);
+    let scalar_of_product = simd.mul_add(q.i, half.x, simd.mul_add(q.j, half.y, q.k * half.z));
     UnitQuaternion::new_unchecked(Quaternion::new(
-        L::fused(-sinc, scalar_of_product, cos * q.w),
-        L::fused(sinc, vector_of_product.x, cos * q.i),
-        L::fused(sinc, vector_of_product.y, cos * q.j),
-        L::fused(sinc, vector_of_product.z, cos * q.k),
+        simd.mul_add(-sinc, scalar_of_product, cos * q.w),
+        simd.mul_add(sinc, vector_of_product.x, cos * q.i),
+        simd.mul_add(sinc, vector_of_product.y, cos * q.j),
+        simd.mul_add(sinc, vector_of_product.z, cos * q.k),
     ))
 }
 
 /// The matrix of a rotation.
 #[inline(always)]
-pub(crate) fn matrix<L: Lanes>(q: &UnitQuaternion<f64>) -> Matrix3<f64> {
+pub(crate) fn matrix<S: Simd>(simd: S, q: &UnitQuaternion<f64>) -> Matrix3<f64> {
     let (x, y, z, w) = (q.i, q.j, q.k, q.w);
     let (x2, y2, z2) = (2.0 * x, 2.0 * y, 2.0 * z);
     let (xy, xz, yz) = (x2 * y, x2 * z, y2 * z);
     Matrix3::new(
-        L::fused(-y2, y, L::fused(-z2, z, 1.0)),
-        L::fused(-z2, w, xy),
-        L::fused(y2, w, xz),
-        L::fused(z2, w, xy),
-        L::fused(-x2, x, L::fused(-z2, z, 1.0)),
-        L::fused(-x2, w, yz),
-        L::fused(-y2, w, xz),
-        L::fused(x2, w, yz),
-        L::fused(-x2, x, L::fused(-y2, y, 1.0)),
+        simd.mul_add(-y2, y, simd.mul_add(-z2, z, 1.0)),
+        simd.mul_add(-z2, w, xy),
+        simd.mul_add(y2, w, xz),
+        simd.mul_add(z2, w, xy),
+        simd.mul_add(-x2, x, simd.mul_add(-z2, z, 1.0)),
+        simd.mul_add(-x2, w, yz),
+        simd.mul_add(-y2, w, xz),
+        simd.mul_add(x2, w, yz),
+        simd.mul_add(-x2, x, simd.mul_add(-y2, y, 1.0)),
     )
 }
 
 /// The rotation by |ρ| about ρ (rad): see [`super::exp`].
 #[inline(always)]
-pub(crate) fn exp<L: Lanes>(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn exp<S: Simd>(simd: S, rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let half = 0.5 * rotation_vector;
-    let (cos, sinc) = cos_and_sinc::<L>(&half);
+    let (cos, sinc) = cos_and_sinc(simd, &half);
     UnitQuaternion::new_unchecked(Quaternion::new(cos, sinc * half.x, sinc * half.y, sinc * half.z))
 }
 
 /// Cosine of |h| and its sine over |h|.
 #[inline(always)]
-fn cos_and_sinc<L: Lanes>(half: &Vector3<f64>) -> (f64, f64) {
-    let x = L::fused(half.x, half.x, half.y * half.y) + half.z * half.z;
+fn cos_and_sinc<S: Simd>(simd: S, half: &Vector3<f64>) -> (f64, f64) {
+    let x = simd.mul_add(half.x, half.x, half.y * half.y) + half.z * half.z;
     if x > SMALL {
         return cos_and_sinc_of_large(x);
     }
-    let sinc = polynomial::<L>(
+    let sinc = polynomial(
+        simd,
         x,
         [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0, 0.0],
     );
-    let cos = polynomial::<L>(
+    let cos = polynomial(
+        simd,
         x,
         [
             1.0,
@@ -157,11 +169,11 @@ fn cos_and_sinc<L: Lanes>(half: &Vector3<f64>) -> (f64, f64) {
 
 /// Estrin's scheme; the coefficients come in the order of the powers.
 #[inline(always)]
-fn polynomial<L: Lanes>(x: f64, [a, b, c, d, e, f, g]: [f64; 7]) -> f64 {
+fn polynomial<S: Simd>(simd: S, x: f64, [a, b, c, d, e, f, g]: [f64; 7]) -> f64 {
     let y = x * x;
-    let low = L::fused(y, L::fused(x, d, c), L::fused(x, b, a));
-    let high = L::fused(y, g, L::fused(x, f, e));
-    L::fused(y * y, high, low)
+    let low = simd.mul_add(y, simd.mul_add(x, d, c), simd.mul_add(x, b, a));
+    let high = simd.mul_add(y, g, simd.mul_add(x, f, e));
+    simd.mul_add(y * y, high, low)
 }
 
 #[cold]
@@ -173,10 +185,10 @@ fn cos_and_sinc_of_large(x: f64) -> (f64, f64) {
 /// The quaternion brought back to unit length by one Newton step, which is exact to rounding for
 /// one that has drifted by less than 1e-8.
 #[inline(always)]
-pub(crate) fn renormalize<L: Lanes>(q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn renormalize<S: Simd>(simd: S, q: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     let (x, y, z, w) = (q.i, q.j, q.k, q.w);
-    let square = L::fused(x, x, y * y) + L::fused(z, z, w * w);
-    UnitQuaternion::new_unchecked(q.into_inner() * L::fused(-0.5, square, 1.5))
+    let square = simd.mul_add(x, x, y * y) + simd.mul_add(z, z, w * w);
+    UnitQuaternion::new_unchecked(q.into_inner() * simd.mul_add(-0.5, square, 1.5))
 }
 
 #[cfg(test)]
@@ -185,29 +197,18 @@ mod tests {
 
     use super::*;
     use crate::math::rotation::cross_matrix;
-    use crate::math::simd::{Baseline, Work, dispatch};
+    use crate::math::simd::{Baseline, on_best_instruction_set};
 
-    /// Turns the attitude before and after by the vector, and takes `m + c [v×]` of them.
-    struct Turns {
-        attitude: UnitQuaternion<f64>,
-        vector: Vector3<f64>,
-    }
-
-    impl Work for Turns {
-        type Output = (UnitQuaternion<f64>, UnitQuaternion<f64>, Matrix3<f64>);
-
-        #[inline(always)]
-        fn run<L: Lanes>(self) -> Self::Output {
-            let Self { attitude, vector } = self;
-            let (before, after) =
-                (turn_before::<L>(&attitude, &vector), turn_after::<L>(&attitude, &vector));
-            let sum = plus_times_cross_matrix::<L>(
-                &matrix::<L>(&before),
-                &matrix::<L>(&attitude),
-                &vector,
-            );
-            (before, after, sum)
-        }
+    /// Rotates the attitude by the vector in b and in n, and takes `m + c [v×]` of their matrices.
+    fn rotations<S: Simd>(
+        simd: S,
+        attitude: &UnitQuaternion<f64>,
+        vector: &Vector3<f64>,
+    ) -> (UnitQuaternion<f64>, UnitQuaternion<f64>, Matrix3<f64>) {
+        let before = rotate_in_body(simd, attitude, vector);
+        let (m, c) = (matrix(simd, &before), matrix(simd, attitude));
+        let sum = add_cross_matrix_product(simd, &m, &c, vector);
+        (before, rotate_in_nav(simd, attitude, vector), sum)
     }
 
     fn vector(limit: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -216,14 +217,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn turns_are_products_with_the_exponential_on_any_lanes(
+        fn rotations_are_products_with_the_exponential_on_any_instruction_set(
             attitude in vector(3.0),
             vector in prop_oneof![vector(0.01), vector(0.5), vector(3.0)],
         ) {
             let attitude = UnitQuaternion::from_scaled_axis(attitude);
             let turn = UnitQuaternion::from_scaled_axis(vector);
-            let turns = || Turns { attitude, vector };
-            for (before, after, sum) in [dispatch(turns()), turns().run::<Baseline>()] {
+            let best = on_best_instruction_set!(simd => rotations(simd, &attitude, &vector));
+            for (before, after, sum) in [best, rotations(Baseline, &attitude, &vector)] {
                 prop_assert!((before.coords - (attitude * turn).coords).norm() < 4e-15);
                 prop_assert!((after.coords - (turn * attitude).coords).norm() < 4e-15);
                 let [m, c] = [before, attitude].map(|q| q.to_rotation_matrix().into_inner());
@@ -235,7 +236,7 @@ mod tests {
         fn renormalize_restores_unit_length(vector in vector(1.0), stretch in -1e-8..1e-8) {
             let unit = UnitQuaternion::from_scaled_axis(vector);
             let drifted = UnitQuaternion::new_unchecked(unit.into_inner() * (1.0 + stretch));
-            prop_assert!((renormalize::<Baseline>(&drifted).into_inner().norm() - 1.0).abs() < 1e-15);
+            prop_assert!((renormalize(Baseline, &drifted).into_inner().norm() - 1.0).abs() < 1e-15);
         }
     }
 }

@@ -1,60 +1,80 @@
-//! Vectors of four numbers, on the best instructions that the processor has.
+//! Vectors of four numbers on the best instruction set of the processor.
 //!
-//! A wheel must run on every x86-64, where vectors of four and the fused multiply-add came later
-//! than the architecture: what works on lanes is compiled twice, and the processor tells which one
-//! is run.  The choice is made once for a sample or a block of them, so that all of a sample's
-//! arithmetic is compiled for the same instructions.  Elsewhere the target says at compile time
-//! what there is.  A fused multiply-add rounds once instead of twice, so the two differ in the
-//! sixteenth digit; one process uses one of them.
+//! A wheel must run on every x86-64, whose baseline has neither vectors of four nor the fused
+//! multiply-add.  So the pipeline is compiled once for each instruction set, and the instruction set
+//! is chosen where the navigator is made ([`detect`]).  It travels as a token, a type without size
+//! that implements [`Simd`]: [`Simd::vectorize`] enters a function that is compiled for it, and
+//! everything that is inlined there is compiled for it too.  A fused multiply-add rounds once
+//! instead of twice, so the results differ in the sixteenth digit between instruction sets; one
+//! process uses one of them.  Elsewhere the target tells at compile time what there is.
 //!
-//! `FOOTNAV_KERNEL=plain` in the environment forces the baseline.
+//! The names are those of the crate `pulp`, whose `Simd` has vectors of a width that depends on the
+//! instruction set; a row of a 3x3 block needs four numbers on each.
+//!
+//! `FOOTNAV_KERNEL=plain` in the environment selects the baseline.
 
-#[cfg(target_arch = "x86_64")]
-use std::sync::OnceLock;
+/// An instruction set that the processor has.
+pub(crate) trait Simd: Copy + Send + Sync + 'static {
+    /// Four numbers that are processed together.
+    type F64x4: F64x4;
 
-/// Four numbers that are worked on together.
-pub(crate) trait Lanes: Copy {
-    /// Does work in a function of its own that is compiled for these lanes.
-    fn call<W: Work>(work: W) -> W::Output;
+    /// Runs an operation in a function that is compiled for this instruction set.
+    fn vectorize<W: WithSimd>(self, operation: W) -> W::Output;
 
+    /// `a * b + c`, rounded once where the instruction set has that.
+    fn mul_add(self, a: f64, b: f64, c: f64) -> f64;
+}
+
+/// An operation that is compiled for each instruction set; `with_simd` and all that it calls must be
+/// inlined.
+///
+/// A closure, or `map` over an array of vectors, is not always inlined, and then each of its
+/// instructions becomes a call: loops and arrays that are written out are.
+pub(crate) trait WithSimd {
+    /// Result of the operation.
+    type Output;
+
+    /// Runs the operation.
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+/// Four numbers that are processed together.
+pub(crate) trait F64x4: Copy {
     fn load(numbers: &[f64; 4]) -> Self;
 
     /// Three numbers and a zero.
-    fn of(numbers: [f64; 3]) -> Self;
+    fn from_array(numbers: [f64; 3]) -> Self;
 
     /// The same number in all places.
     fn splat(number: f64) -> Self;
 
     fn store(self, numbers: &mut [f64; 4]);
 
-    /// `a * b + c` of single numbers.
-    fn fused(a: f64, b: f64, c: f64) -> f64;
-
     /// `self * other`, number by number.
     #[must_use]
-    fn times(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
 
     /// `factor * self`.
     #[must_use]
     #[inline(always)]
-    fn scaled(self, factor: f64) -> Self {
-        self.times(Self::splat(factor))
+    fn scale(self, factor: f64) -> Self {
+        self.mul(Self::splat(factor))
     }
 
     /// `self + factor * other`.
     #[must_use]
     #[inline(always)]
-    fn plus(self, factor: f64, other: Self) -> Self {
-        self.plus_times(Self::splat(factor), other)
+    fn add_scaled(self, factor: f64, other: Self) -> Self {
+        self.add_product_of(Self::splat(factor), other)
     }
 
     /// `self + a * b`, number by number.
     #[must_use]
-    fn plus_times(self, a: Self, b: Self) -> Self;
+    fn add_product_of(self, a: Self, b: Self) -> Self;
 
     /// `self - a * b`, number by number.
     #[must_use]
-    fn minus_times(self, a: Self, b: Self) -> Self;
+    fn sub_product_of(self, a: Self, b: Self) -> Self;
 
     /// The first number of x, the second of y, the third of z and a zero.
     #[must_use]
@@ -65,57 +85,70 @@ pub(crate) trait Lanes: Copy {
     fn transpose(rows: [Self; 3]) -> [Self; 3];
 }
 
-/// Work that is compiled for each kind of lanes; `run` must be inlined, as must all that it calls
-/// with these lanes.
-///
-/// A closure, or `map` over an array of lanes, is not always inlined, and then each of its
-/// instructions becomes a call: loops and arrays that are written out are.
-pub(crate) trait Work {
-    type Output;
-
-    fn run<L: Lanes>(self) -> Self::Output;
-}
-
-/// Does the work on the best lanes that the processor has.
-#[inline]
-pub(crate) fn dispatch<W: Work>(work: W) -> W::Output {
+/// The instruction set to use.
+pub(crate) enum InstructionSet {
+    /// That of every processor of the target.
+    Baseline(Baseline),
+    /// AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
-    if has_avx() {
-        return avx::run(work);
-    }
-    Baseline::call(work)
+    Avx2(Avx2),
 }
 
-/// Whether the processor has AVX2 and FMA, and nobody forced the baseline.
-#[cfg(target_arch = "x86_64")]
-#[inline]
-fn has_avx() -> bool {
-    static FOUND: OnceLock<bool> = OnceLock::new();
-    *FOUND.get_or_init(|| {
-        let forced = std::env::var_os("FOOTNAV_KERNEL").is_some_and(|kernel| kernel == "plain");
-        !forced
-            && std::arch::is_x86_feature_detected!("avx2")
-            && std::arch::is_x86_feature_detected!("fma")
-    })
+/// The best instruction set that the processor has, unless the environment selects the baseline.
+pub(crate) fn detect() -> InstructionSet {
+    let baseline = std::env::var_os("FOOTNAV_KERNEL").is_some_and(|kernel| kernel == "plain");
+    #[cfg(target_arch = "x86_64")]
+    if !baseline && let Some(avx2) = Avx2::detect() {
+        return InstructionSet::Avx2(avx2);
+    }
+    let _ = baseline;
+    InstructionSet::Baseline(Baseline)
 }
+
+/// The value of an expression in which a name stands for the best instruction set.
+#[cfg(test)]
+macro_rules! on_best_instruction_set {
+    ($simd:ident => $value:expr) => {
+        match $crate::math::simd::detect() {
+            $crate::math::simd::InstructionSet::Baseline($simd) => $value,
+            #[cfg(target_arch = "x86_64")]
+            $crate::math::simd::InstructionSet::Avx2($simd) => $value,
+        }
+    };
+}
+#[cfg(test)]
+pub(crate) use on_best_instruction_set;
 
 /// What every processor of the target has.
-#[derive(Clone, Copy)]
-pub(crate) struct Baseline(wide::f64x4);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Baseline;
 
-impl Lanes for Baseline {
+impl Simd for Baseline {
+    type F64x4 = BaselineVector;
+
     #[inline(never)]
-    fn call<W: Work>(work: W) -> W::Output {
-        work.run::<Self>()
+    fn vectorize<W: WithSimd>(self, operation: W) -> W::Output {
+        operation.with_simd(self)
     }
 
+    #[inline(always)]
+    fn mul_add(self, a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+}
+
+/// Four numbers on the instructions of every processor of the target.
+#[derive(Clone, Copy)]
+pub(crate) struct BaselineVector(wide::f64x4);
+
+impl F64x4 for BaselineVector {
     #[inline(always)]
     fn load(numbers: &[f64; 4]) -> Self {
         Self(wide::f64x4::new(*numbers))
     }
 
     #[inline(always)]
-    fn of([x, y, z]: [f64; 3]) -> Self {
+    fn from_array([x, y, z]: [f64; 3]) -> Self {
         Self(wide::f64x4::new([x, y, z, 0.0]))
     }
 
@@ -130,22 +163,17 @@ impl Lanes for Baseline {
     }
 
     #[inline(always)]
-    fn fused(a: f64, b: f64, c: f64) -> f64 {
-        a * b + c
-    }
-
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
+    fn mul(self, other: Self) -> Self {
         Self(self.0 * other.0)
     }
 
     #[inline(always)]
-    fn plus_times(self, a: Self, b: Self) -> Self {
+    fn add_product_of(self, a: Self, b: Self) -> Self {
         Self(a.0.mul_add(b.0, self.0))
     }
 
     #[inline(always)]
-    fn minus_times(self, a: Self, b: Self) -> Self {
+    fn sub_product_of(self, a: Self, b: Self) -> Self {
         Self(a.0.mul_neg_add(b.0, self.0))
     }
 
@@ -158,17 +186,20 @@ impl Lanes for Baseline {
     #[inline(always)]
     fn transpose([a, b, c]: [Self; 3]) -> [Self; 3] {
         let (a, b, c) = (a.0.to_array(), b.0.to_array(), c.0.to_array());
-        [Self::of([a[0], b[0], c[0]]), Self::of([a[1], b[1], c[1]]), Self::of([a[2], b[2], c[2]])]
+        [0, 1, 2].map(|k| Self::from_array([a[k], b[k], c[k]]))
     }
 }
 
-/// AVX2 and FMA, found at run time.
+#[cfg(target_arch = "x86_64")]
+pub(crate) use avx2::Avx2;
+
+/// AVX2 and FMA, detected at run time.
 #[cfg(target_arch = "x86_64")]
 #[expect(
     unsafe_code,
-    reason = "instructions beyond the target's baseline can be reached in no other way"
+    reason = "instructions beyond the target's baseline are reached in no other way"
 )]
-mod avx {
+mod avx2 {
     use std::arch::x86_64::{
         __m256d, _mm256_blend_pd, _mm256_castpd256_pd128, _mm256_fmadd_pd, _mm256_fnmadd_pd,
         _mm256_insertf128_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_permute2f128_pd,
@@ -176,32 +207,46 @@ mod avx {
         _mm256_unpacklo_pd,
     };
 
-    use super::{Lanes, Work, has_avx};
+    use super::{F64x4, Simd, WithSimd};
 
-    /// Does the work on AVX lanes.
-    #[inline]
-    pub(super) fn run<W: Work>(work: W) -> W::Output {
-        assert!(has_avx(), "AVX lanes are for a processor that has them");
-        Avx::call(work)
+    /// Proof that the processor has AVX2 and FMA: made by [`Avx2::detect`] alone.
+    #[derive(Clone, Copy, Debug)]
+    pub(crate) struct Avx2(());
+
+    impl Avx2 {
+        /// The instruction set, if the processor has it.
+        pub(super) fn detect() -> Option<Self> {
+            let detected = std::arch::is_x86_feature_detected!("avx2")
+                && std::arch::is_x86_feature_detected!("fma");
+            detected.then_some(Self(()))
+        }
     }
 
     #[target_feature(enable = "avx2,fma")]
-    fn compiled<W: Work>(work: W) -> W::Output {
-        work.run::<Avx>()
+    fn compiled<W: WithSimd>(operation: W, simd: Avx2) -> W::Output {
+        operation.with_simd(simd)
     }
 
-    /// Comes into being in [`run`] alone, which has made sure of the processor: that is what makes
-    /// each instruction below sound.
-    #[derive(Clone, Copy)]
-    struct Avx(__m256d);
+    impl Simd for Avx2 {
+        type F64x4 = Avx2Vector;
 
-    impl Lanes for Avx {
         #[inline]
-        fn call<W: Work>(work: W) -> W::Output {
-            // SAFETY: the processor has both features.
-            unsafe { compiled(work) }
+        fn vectorize<W: WithSimd>(self, operation: W) -> W::Output {
+            // SAFETY: `self` exists, so the processor has both features.
+            unsafe { compiled(operation, self) }
         }
 
+        #[inline(always)]
+        fn mul_add(self, a: f64, b: f64, c: f64) -> f64 {
+            a.mul_add(b, c)
+        }
+    }
+
+    /// Made by code that holds an [`Avx2`], which makes each instruction sound.
+    #[derive(Clone, Copy)]
+    pub(crate) struct Avx2Vector(__m256d);
+
+    impl F64x4 for Avx2Vector {
         #[inline(always)]
         fn load(numbers: &[f64; 4]) -> Self {
             // SAFETY: four numbers are read where there are four; the processor has AVX.
@@ -209,7 +254,7 @@ mod avx {
         }
 
         #[inline(always)]
-        fn of([x, y, z]: [f64; 3]) -> Self {
+        fn from_array([x, y, z]: [f64; 3]) -> Self {
             // SAFETY: the processor has AVX.
             Self(unsafe { _mm256_setr_pd(x, y, z, 0.0) })
         }
@@ -227,24 +272,19 @@ mod avx {
         }
 
         #[inline(always)]
-        fn fused(a: f64, b: f64, c: f64) -> f64 {
-            a.mul_add(b, c)
-        }
-
-        #[inline(always)]
-        fn times(self, other: Self) -> Self {
+        fn mul(self, other: Self) -> Self {
             // SAFETY: the processor has AVX.
             Self(unsafe { _mm256_mul_pd(self.0, other.0) })
         }
 
         #[inline(always)]
-        fn plus_times(self, a: Self, b: Self) -> Self {
+        fn add_product_of(self, a: Self, b: Self) -> Self {
             // SAFETY: the processor has AVX and FMA.
             Self(unsafe { _mm256_fmadd_pd(a.0, b.0, self.0) })
         }
 
         #[inline(always)]
-        fn minus_times(self, a: Self, b: Self) -> Self {
+        fn sub_product_of(self, a: Self, b: Self) -> Self {
             // SAFETY: the processor has AVX and FMA.
             Self(unsafe { _mm256_fnmadd_pd(a.0, b.0, self.0) })
         }
@@ -265,8 +305,9 @@ mod avx {
             unsafe {
                 let ab = _mm256_unpacklo_pd(a.0, b.0);
                 let c_first = _mm256_castpd256_pd128(c.0);
+                let first = _mm256_insertf128_pd::<1>(ab, c_first);
                 [
-                    Self(_mm256_blend_pd::<0b1000>(_mm256_insertf128_pd::<1>(ab, c_first), c.0)),
+                    Self(_mm256_blend_pd::<0b1000>(first, c.0)),
                     Self(_mm256_unpackhi_pd(_mm256_insertf128_pd::<1>(a.0, c_first), b.0)),
                     Self(_mm256_permute2f128_pd::<0x31>(ab, c.0)),
                 ]

@@ -1,67 +1,62 @@
-//! A new_unchecked recording: what needs its end as well as its beginning.
+//! Batch tracking of a whole recording: what needs its end as well as its start.
 
 use std::hint::black_box;
 
 use nalgebra::Vector3;
 
+use crate::aiding::aids::Reading;
 use crate::config::{Config, CorrectionKind};
 use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};
 use crate::gait::stride::Stride;
 use crate::pipeline::gait_correction;
+use crate::pipeline::health_monitor::Health;
 use crate::pipeline::navigator::Navigator;
 use crate::progress::{CHUNK, no_progress};
-use crate::types::health::Health;
 use crate::types::rate::sample_rate;
 use crate::types::row_buffer::RowBuffer;
-use crate::types::sample::{ImuSample, MagSample};
+use crate::types::sample::ImuSample;
 use crate::types::solution::Solution;
 use crate::types::trajectory::Trajectory;
 
-/// Tracks a recording that is handed over in blocks, and post_processes it as a new_unchecked once
-/// all of it is there.
+/// Tracks a recording that is given in blocks, and post-processes it once all of it is there.
 pub struct Batch {
     navigator: Navigator,
     correction: CorrectionKind,
     post_processes: bool,
-    /// Axis of the sensor that headings belong to.
+    /// Axis of the sensor to which headings belong.
     forward: Vector3<f64>,
-    kept: Output,
+    output: Output,
 }
 
-/// What is kept of the solutions that came out.
+/// The solutions so far.
 #[derive(Default)]
 struct Output {
     trajectory: Trajectory,
     newest: RowBuffer,
-    /// Velocity of each row without what its stance tells, for a correction.
-    unaided: Option<Vec<Vector3<f64>>>,
+    /// Free-inertial velocity of each row, for a correction.
+    free_inertial: Option<Vec<Vector3<f64>>>,
 }
 
 impl Output {
-    /// Makes room for more solutions.
+    /// Reserves memory for more solutions.
     ///
-    /// All of it is asked for in one piece first.  The C library of Linux gives memory back to the
-    /// system once twice as much is free as the largest piece that ever came back, and a track
-    /// whose columns are given back one by one would have it clear that memory anew for the next
-    /// track: up to a tenth of the time in threads.
+    /// All of it is allocated in one piece first.  The C library of Linux returns memory to the
+    /// system once twice as much is free as the largest piece that was ever freed, and without that
+    /// piece it would return the columns of each track and clear their memory for the next one: up
+    /// to a tenth of the time in threads.
     fn reserve(&mut self, solutions: usize) {
         drop(black_box(Vec::<Solution>::with_capacity(solutions)));
         self.trajectory.reserve(solutions);
-        self.unaided.iter_mut().for_each(|unaided| unaided.reserve(solutions));
+        self.free_inertial.iter_mut().for_each(|velocities| velocities.reserve(solutions));
     }
 
-    /// Takes the navigator's newest solution.
     #[inline]
-    fn take(&mut self, navigator: &Navigator) {
-        navigator.with_latest(|solution| self.newest.push(solution, &mut self.trajectory));
-        if let Some(unaided) = &mut self.unaided {
-            unaided.push(navigator.unaided_velocity());
+    fn push(&mut self, solution: &Solution, free_inertial: &Vector3<f64>) {
+        self.newest.push(solution, &mut self.trajectory);
+        if let Some(velocities) = &mut self.free_inertial {
+            velocities.push(*free_inertial);
         }
-    }
-
-    fn rows(&self) -> usize {
-        self.trajectory.len() + self.newest.len()
     }
 }
 
@@ -74,7 +69,7 @@ impl Batch {
         Ok(Self::of(&config.clone(), Navigator::new_unchecked(config, rate_hz, None)?))
     }
 
-    /// With a stance detector of one's own; `config.detector` is not used.
+    /// With a stance detector of the caller's; `config.detector` is not used.
     ///
     /// # Errors
     /// [`ConfigError`] for a setting or a rate out of range.
@@ -87,52 +82,54 @@ impl Batch {
     }
 
     fn of(config: &Config, navigator: Navigator) -> Self {
-        let unaided = (config.correction.kind != CorrectionKind::None).then(Vec::new);
+        let free_inertial = (config.correction.kind != CorrectionKind::None).then(Vec::new);
         Self {
             navigator,
             correction: config.correction.kind,
             post_processes: config.post_processes(),
             forward: config.alignment.forward_axis.vector(),
-            kept: Output { unaided, ..Output::default() },
+            output: Output { free_inertial, ..Output::default() },
         }
     }
 
-    /// Takes the next block of raw samples.
+    /// Processes the next block of raw samples.
     ///
     /// # Errors
     /// As [`Navigator::push_block`].
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<(), Error> {
         self.reserve(block.len());
-        self.navigator.process_block(block, |navigator| self.kept.take(navigator))
+        let output = &mut self.output;
+        self.navigator.process_block(block, |solution, velocity| output.push(solution, velocity))
     }
 
-    /// Makes room for more samples.
+    /// Reserves memory for more samples.
     pub(crate) fn reserve(&mut self, samples: usize) {
-        self.kept.reserve(samples);
+        self.output.reserve(samples);
         self.navigator.reserve(samples);
     }
 
-    /// Takes a reading of the magnetometer: see [`Navigator::push_field`].
-    pub fn push_field(&mut self, reading: &MagSample) {
-        self.navigator.push_field(reading);
+    /// Takes a reading of another sensor: see [`Navigator::push_reading`].
+    pub fn push_reading(&mut self, reading: impl Into<Reading>) {
+        self.navigator.push_reading(reading);
     }
 
-    /// Ends the recording: one row per sample, the health of the new_unchecked walk, and its
-    /// strides if `config.output.strides` asks for them.
+    /// Ends the recording: one row per sample, the health of the whole walk, and its strides if
+    /// `config.output.strides` is set.
     ///
-    /// A smoother or a correction moves the ends of a stride after the filter cloned their errors:
-    /// its displacement is that between the rows, its covariance is the filter's, and conservative.
+    /// A smoother or a correction moves the ends of a stride after the filter has cloned their
+    /// errors: its displacement is that between the rows, its covariance is the filter's, and
+    /// conservative.
     ///
     /// # Errors
-    /// [`DataError::NoField`] when a magnetometer was to hold the heading and was not read,
-    /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] when
-    /// there is nothing to smooth or correct by, and [`crate::error::NumericalError`] when the
-    /// filter cannot go on.
+    /// [`DataError::NoField`] without readings of a magnetometer that the settings ask for,
+    /// [`DataError::TooShort`] when the start could not be aligned, [`DataError::NoStance`] without a
+    /// stance to smooth or correct by, and [`crate::error::NumericalError`] when the filter fails.
     pub fn finish(self) -> Result<(Trajectory, Health, Vec<Stride>), Error> {
         self.finish_with_progress(no_progress)
     }
 
-    /// As [`Batch::finish`]; `progress` is asked every 10,000 samples and can end the work.
+    /// As [`Batch::finish`]; `progress` is called every 10,000 samples, and its error cancels the
+    /// work.
     ///
     /// # Errors
     /// That of `progress`, and those of [`Batch::finish`].
@@ -140,46 +137,34 @@ impl Batch {
         mut self,
         mut progress: impl FnMut() -> Result<(), E>,
     ) -> Result<(Trajectory, Health, Vec<Stride>), E> {
-        self.navigator.check_magnetometer().map_err(Error::from)?;
-        while !self.navigator.smooth_chunk(CHUNK)? {
+        self.navigator.check_readings().map_err(Error::from)?;
+        let output = &mut self.output;
+        while !self.navigator.drain(CHUNK, |solution, velocity| output.push(solution, velocity))? {
             progress()?;
-        }
-        while self.navigator.drain()?.is_some() {
-            self.kept.take(&self.navigator);
-            if self.kept.rows().is_multiple_of(CHUNK) {
-                progress()?;
-            }
         }
         self.navigator.check_aligned().map_err(Error::from)?;
         let health = self.navigator.health_of_walk();
-        if self.post_processes && health.counters.updates.zero_velocity == 0 {
-            return Err(
-                Error::from(DataError::NoStance { samples: health.counters.samples }).into()
-            );
+        if self.post_processes && health.counters.updates.zero_velocity.accepted == 0 {
+            let samples = health.counters.samples;
+            return Err(Error::from(DataError::NoStance { samples }).into());
         }
-        let Output { trajectory, newest, unaided } = &mut self.kept;
+        let Output { trajectory, newest, free_inertial } = &mut self.output;
         newest.flush(trajectory);
-        gait_correction::correct(
-            self.correction,
-            trajectory,
-            unaided.as_deref().unwrap_or_default(),
-        );
+        let velocities = free_inertial.as_deref().unwrap_or_default();
+        gait_correction::correct(self.correction, trajectory, velocities);
         let strides = self.strides();
-        Ok((self.kept.trajectory, health, strides))
+        Ok((self.output.trajectory, health, strides))
     }
 
-    /// The strides between the rows as they are in the end.
+    /// The strides between the final rows.
     fn strides(&mut self) -> Vec<Stride> {
-        let state = |row: usize| self.kept.trajectory.state(row);
-        let between = |found: Stride| {
-            found.measured_again(&state(found.start_row), &state(found.end_row), &self.forward)
+        let state = |row: usize| self.output.trajectory.state(row);
+        let remeasured = |stride: Stride| {
+            let (start, end) = (state(stride.start_row), state(stride.end_row));
+            stride.measured_again(&start, &end, &self.forward)
         };
-        self.navigator
-            .take_strides()
-            .into_iter()
-            .map(between)
-            .filter(Stride::is_displaced)
-            .collect()
+        let strides = self.navigator.take_strides().into_iter();
+        strides.map(remeasured).filter(Stride::is_displaced).collect()
     }
 }
 

@@ -1,11 +1,11 @@
-//! Scale errors that the filter does not estimate: how far they may have led it astray.
+//! Scale errors, which the filter considers and does not estimate.
 //!
-//! Zero velocities hardly show them.  An accelerometer that reads s too much makes every stride s
-//! too long, so that a foot which has got a distance away is s times that from where the filter
-//! believes it to be; a gyroscope that reads s too much turns the walk s times too far.  Neither
-//! averages out like noise, so they are considered rather than filtered (Maybeck, Stochastic
-//! Models, Estimation, and Control, vol. 1, 1979, sec. 6.8): what the position owes to each is
-//! carried along and widens the standard deviations that come out.
+//! Zero-velocity updates hardly observe them.  An accelerometer that reads s too much makes every
+//! stride s too long, so the position error is s times the distance from the start; a gyroscope that
+//! reads s too much rotates the track s times too far.  Neither averages out as noise does, so they
+//! are consider states (Maybeck, Stochastic Models, Estimation, and Control, vol. 1, 1979, sec. 6.8):
+//! the sensitivity of the position to each is propagated, and inflates the standard deviations of the
+//! output.
 
 use nalgebra::Vector3;
 
@@ -13,44 +13,47 @@ use crate::config::SensorConfig;
 use crate::types::nav_state::NavState;
 use crate::types::solution::Solution;
 
-/// Scale errors and misalignments of both sensors, and what they have done since the start.
+/// Scale errors and misalignments of both sensors, and the sensitivity of the position to them.
 #[derive(Clone, Debug)]
-pub(crate) struct ScaleErrors {
+pub(crate) struct ConsideredScale {
     gyro_variance: f64,
     accel_variance: f64,
-    /// Turn about the vertical, rad.
-    turned: f64,
-    /// Derivative of the position by the gyroscope's scale: what the way turns with the heading, m.
-    swept: Vector3<f64>,
+    /// Rotation about the vertical since the start, rad.
+    heading_change: f64,
+    /// Derivative of the position by the scale of the gyroscope, m.
+    position_sensitivity: Vector3<f64>,
     previous: Option<NavState>,
 }
 
-impl ScaleErrors {
+impl ConsideredScale {
     /// Those of a sensor; none if it is calibrated.
     pub(crate) fn new(sensor: &SensorConfig) -> Option<Self> {
-        let (gyro_variance, accel_variance) =
-            (sensor.gyro_scale_std.powi(2), sensor.accel_scale_std.powi(2));
+        let gyro_variance = sensor.gyro_scale_std.powi(2);
+        let accel_variance = sensor.accel_scale_std.powi(2);
         let any = gyro_variance > 0.0 || accel_variance > 0.0;
         any.then_some(Self {
             gyro_variance,
             accel_variance,
-            turned: 0.0,
-            swept: Vector3::zeros(),
+            heading_change: 0.0,
+            position_sensitivity: Vector3::zeros(),
             previous: None,
         })
     }
 
-    /// Widens the uncertainty of the next solution.
-    pub(crate) fn widen(&mut self, solution: &mut Solution) {
+    /// Inflates the position uncertainty of the next solution.
+    pub(crate) fn inflate(&mut self, solution: &mut Solution) {
         let nav = solution.estimate.nav;
         if let Some(previous) = self.previous.replace(nav) {
-            self.turned += (nav.attitude * previous.attitude.inverse()).scaled_axis().z;
-            self.swept += self.turned * Vector3::z().cross(&(nav.position - previous.position));
+            let rotation = nav.attitude * previous.attitude.inverse();
+            self.heading_change += rotation.scaled_axis().z;
+            let moved = nav.position - previous.position;
+            self.position_sensitivity += self.heading_change * Vector3::z().cross(&moved);
         }
-        let stretched = Vector3::repeat(self.accel_variance * nav.position.norm_squared());
-        let turned = self.gyro_variance * self.swept.component_mul(&self.swept);
+        let length = Vector3::repeat(self.accel_variance * nav.position.norm_squared());
+        let sensitivity = &self.position_sensitivity;
+        let rotation = self.gyro_variance * sensitivity.component_mul(sensitivity);
         let std = &mut solution.position_std;
-        *std = (std.component_mul(std) + stretched + turned).map(f64::sqrt);
+        *std = (std.component_mul(std) + length + rotation).map(f64::sqrt);
     }
 }
 
@@ -67,7 +70,7 @@ mod tests {
 
     /// The standard deviations at the end of a way through points, each with the heading there.
     fn end(sensor: &SensorConfig, way: &[(f64, Vector3<f64>)]) -> Vector3<f64> {
-        let mut scale = ScaleErrors::new(sensor).unwrap();
+        let mut scale = ConsideredScale::new(sensor).unwrap();
         let mut std = Vector3::zeros();
         for &(heading, position) in way {
             let attitude = about_up(heading);
@@ -77,7 +80,7 @@ mod tests {
             let position_std = Vector3::repeat(STD);
             let mut solution =
                 Solution { estimate, position_std, zero_velocity: false, flags: Flags::empty() };
-            scale.widen(&mut solution);
+            scale.inflate(&mut solution);
             std = solution.position_std;
         }
         std
@@ -108,6 +111,6 @@ mod tests {
 
     #[test]
     fn a_calibrated_sensor_has_none() {
-        assert!(ScaleErrors::new(&SensorConfig::default()).is_none());
+        assert!(ConsideredScale::new(&SensorConfig::default()).is_none());
     }
 }

@@ -7,7 +7,7 @@ use crate::types::sample::ImuSample;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PendingSample {
     pub(crate) sample: ImuSample,
-    pub(crate) events: Flags,
+    pub(crate) flags: Flags,
 }
 
 /// The samples that wait, in the order of their arrival.
@@ -25,16 +25,16 @@ pub(crate) struct DelayLine {
 
 impl DelayLine {
     /// With room for `samples`; there will be more if they have to wait for longer.
-    pub(crate) fn with_room_for(samples: usize) -> Self {
+    pub(crate) fn with_capacity(samples: usize) -> Self {
         Self { places: vec![None; samples + 1], next: 0, count: 0 }
     }
 
     #[inline]
-    pub(crate) fn push(&mut self, sample: &ImuSample, events: Flags) {
+    pub(crate) fn push(&mut self, sample: &ImuSample, flags: Flags) {
         if self.count == self.places.len() {
-            self.make_room();
+            self.grow();
         }
-        self.places[self.next] = Some(PendingSample { sample: *sample, events });
+        self.places[self.next] = Some(PendingSample { sample: *sample, flags });
         self.next = if self.next + 1 == self.places.len() { 0 } else { self.next + 1 };
         self.count += 1;
     }
@@ -75,7 +75,7 @@ impl DelayLine {
     }
 
     #[cold]
-    fn make_room(&mut self) {
+    fn grow(&mut self) {
         self.places.rotate_left(self.next);
         self.next = self.places.len();
         self.places.resize(2 * self.places.len(), None);
@@ -93,16 +93,16 @@ mod tests {
     proptest! {
         #[test]
         fn samples_leave_in_the_order_in_which_they_came(room in 0usize..4, pushes in prop::collection::vec(any::<bool>(), 0..40)) {
-            let mut waiting = DelayLine::with_room_for(room);
+            let mut waiting = DelayLine::with_capacity(room);
             let (mut expected, mut newest) = (VecDeque::new(), None);
             for (k, push) in (0_u16..).zip(pushes) {
                 if push {
                     let number = f64::from(k);
                     let pending = PendingSample {
                         sample: ImuSample::new(number, [number; 3], [-number; 3]),
-                        events: Flags::from_bits_truncate(k),
+                        flags: Flags::from_bits_truncate(k),
                     };
-                    waiting.push(&pending.sample, pending.events);
+                    waiting.push(&pending.sample, pending.flags);
                     expected.push_back(pending);
                     newest = Some(pending.sample);
                 } else {

@@ -21,8 +21,32 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::config::CorrectionKind;
+use crate::settings::{choices, settings};
 use crate::types::trajectory::Trajectory;
+
+choices! {
+    /// Velocity that is taken off the swing before a stance (Abdulrahim et al.).
+    pub enum CorrectionKind {
+        /// None.
+        None = "none",
+        /// The mean over the stance: linearly weighted interpolation.
+        LinearlyWeighted = "lwi",
+        /// That at the first sample of the stance: residual velocity.
+        ResidualVelocity = "rv",
+    }
+}
+
+settings! {
+    /// Correction of whole gait cycles, after the filter (Abdulrahim et al.).
+    ///
+    /// The velocity error found in a stance is taken off the swing before it in proportion to time,
+    /// and the position is integrated again.  The uncertainties stay those of the filter.  Needs
+    /// the whole recording.
+    pub struct CorrectionConfig: "correction" {
+        /// Velocity that is taken off.
+        kind: CorrectionKind = CorrectionKind::None;
+    }
+}
 
 /// Corrects velocity and position of a new_unchecked track, given the unaided velocity (n, m/s) of
 /// each row.
@@ -32,10 +56,10 @@ pub(crate) fn correct(kind: CorrectionKind, trajectory: &mut Trajectory, unaided
     for stance in stances(&trajectory.zero_velocity) {
         let wrong = match kind {
             CorrectionKind::None => return,
-            CorrectionKind::Lwi => {
+            CorrectionKind::LinearlyWeighted => {
                 unaided[stance.clone()].iter().sum::<Vector3<f64>>() / length(&stance)
             }
-            CorrectionKind::Rv => unaided[stance.start],
+            CorrectionKind::ResidualVelocity => unaided[stance.start],
         };
         let (start, end) = (trajectory.time[swing_start], trajectory.time[stance.start]);
         let swing = swing_start..stance.start;
@@ -45,8 +69,11 @@ pub(crate) fn correct(kind: CorrectionKind, trajectory: &mut Trajectory, unaided
         for (velocity, filtered) in
             velocity[stance.clone()].iter_mut().zip(&trajectory.velocity[stance.clone()])
         {
-            *velocity =
-                if kind == CorrectionKind::Lwi { *velocity - wrong } else { (*filtered).into() };
+            *velocity = if kind == CorrectionKind::LinearlyWeighted {
+                *velocity - wrong
+            } else {
+                (*filtered).into()
+            };
         }
         swing_start = stance.end - 1;
     }
@@ -118,7 +145,7 @@ mod tests {
 
     #[test]
     fn a_velocity_that_grew_in_proportion_to_time_is_taken_off_whole() {
-        for kind in [CorrectionKind::Lwi, CorrectionKind::Rv] {
+        for kind in [CorrectionKind::LinearlyWeighted, CorrectionKind::ResidualVelocity] {
             let (mut trajectory, unaided) = track(40, 0.3);
             correct(kind, &mut trajectory, &unaided);
             for (velocity, position) in trajectory.velocity.iter().zip(&trajectory.position) {
@@ -140,7 +167,10 @@ mod tests {
             correct(kind, &mut trajectory, &unaided);
             trajectory
         };
-        let (lwi, rv) = (drifting(CorrectionKind::Lwi), drifting(CorrectionKind::Rv));
+        let (lwi, rv) = (
+            drifting(CorrectionKind::LinearlyWeighted),
+            drifting(CorrectionKind::ResidualVelocity),
+        );
         // The mean of 0.00, 0.01, ... 0.09 is 0.045; half of the swing of 0.4 s moves that far too
         // little.
         assert!((lwi.velocity[50][0] + 0.045).abs() < 1e-12);
@@ -157,7 +187,7 @@ mod tests {
     fn a_swing_that_no_stance_follows_stays_as_it_is() {
         let (mut trajectory, mut unaided) = track(40, 0.0);
         unaided[65].x = 0.5;
-        correct(CorrectionKind::Rv, &mut trajectory, &unaided);
+        correct(CorrectionKind::ResidualVelocity, &mut trajectory, &unaided);
         assert!((trajectory.velocity[65][0] - 0.5).abs() < 1e-12);
     }
 }

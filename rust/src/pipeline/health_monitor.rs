@@ -1,95 +1,155 @@
-//! Health of the solution over time: which quality flags hold at a sample.
+//! Health of the solution: the quality flags at each sample, and counters of events and updates.
 
+use crate::aiding::aid::Outcome;
+use crate::aiding::aids::PerAid;
 use crate::config::HealthConfig;
-use crate::types::health::{Flags, UpdateCounters};
+use crate::types::health::Flags;
 
-/// Turns events into [`Flags`] that last as long as they matter.
+/// Events and updates since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Samples that passed the input validation.
+    pub samples: u64,
+    /// Samples with the stamp of the one before.
+    pub repeated: u64,
+    /// Intervals in which samples are missing.
+    pub gaps: u64,
+    /// Samples with a channel at its full scale.
+    pub clipped: u64,
+    /// Samples refused as not finite or out of order.
+    pub refused: u64,
+    /// Updates of the filter by each aid.
+    pub updates: PerAid<UpdateCount>,
+}
+
+/// Updates by one aid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UpdateCount {
+    /// Measurements that the filter used.
+    pub accepted: u64,
+    /// Measurements that a test rejected.
+    pub rejected: u64,
+}
+
+impl UpdateCount {
+    #[inline]
+    fn add(&mut self, outcome: Outcome) {
+        match outcome {
+            Outcome::None => {}
+            Outcome::Accepted => self.accepted += 1,
+            Outcome::Rejected => self.rejected += 1,
+        }
+    }
+}
+
+impl PerAid<UpdateCount> {
+    #[inline]
+    fn add(&mut self, outcomes: &PerAid<Outcome>) {
+        for (count, outcome) in self.iter_mut().zip(outcomes.iter()) {
+            count.add(*outcome);
+        }
+    }
+}
+
+/// Quality of the newest solution, and the counters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Health {
+    /// Quality flags.
+    pub flags: Flags,
+    /// Events and updates since the start.
+    pub counters: Counters,
+    /// One-sigma horizontal position uncertainty, m (root of the sum of both variances).
+    pub horizontal_std: f64,
+    /// One-sigma vertical position uncertainty, m.
+    pub vertical_std: f64,
+}
+
+/// Flags that are held for a while after their event.
+const HELD: [Flags; 3] = [Flags::GAP, Flags::CLIPPED, Flags::REFUSED];
+
+/// Derives the flags at each sample from events and updates.
 #[derive(Clone, Debug)]
 pub(crate) struct HealthMonitor {
     config: HealthConfig,
+    /// Time of the last event of each held flag, s.
     last_event: [(Flags, f64); 3],
     last_of_all: f64,
     last_zero_velocity: f64,
-    /// What holds until something ends it: a moving start, rejected updates, being lost.
+    /// Flags that stay until an update clears them, or for good.
     latched: Flags,
-    pub(crate) updates: UpdateCounters,
+    pub(crate) updates: PerAid<UpdateCount>,
 }
-
-const MEMORIZED: [Flags; 3] = [Flags::GAP, Flags::CLIPPED, Flags::REFUSED];
 
 impl HealthMonitor {
     pub(crate) fn new(config: HealthConfig) -> Self {
         Self {
             config,
-            last_event: MEMORIZED.map(|reason| (reason, f64::NEG_INFINITY)),
+            last_event: HELD.map(|flag| (flag, f64::NEG_INFINITY)),
             last_of_all: f64::NEG_INFINITY,
             last_zero_velocity: f64::NEG_INFINITY,
             latched: Flags::empty(),
-            updates: UpdateCounters::default(),
+            updates: PerAid::default(),
         }
     }
 
+    /// The alignment ended, at rest or in motion.
     pub(crate) fn aligned(&mut self, time: f64, at_rest: bool) {
         self.last_zero_velocity = time;
         self.latched.set(Flags::MOVING_START, !at_rest);
     }
 
-    pub(crate) fn zero_velocity(&mut self, time: f64, accepted: bool) {
-        self.latched.set(Flags::UPDATES_REJECTED, !accepted);
-        self.updates.zero_velocity += u64::from(accepted);
-        self.updates.zero_velocity_rejected += u64::from(!accepted);
-        if accepted {
-            self.last_zero_velocity = time;
+    /// Counts the outcomes of the aids at one sample.
+    #[inline]
+    pub(crate) fn record_updates(&mut self, time: f64, outcomes: &PerAid<Outcome>) {
+        self.updates.add(outcomes);
+        match outcomes.zero_velocity {
+            Outcome::None => {}
+            Outcome::Accepted => {
+                self.latched.remove(Flags::UPDATES_REJECTED);
+                self.last_zero_velocity = time;
+            }
+            Outcome::Rejected => self.latched.insert(Flags::UPDATES_REJECTED),
         }
     }
 
-    pub(crate) fn zero_angular_rate(&mut self, accepted: bool) {
-        self.updates.zero_angular_rate += u64::from(accepted);
-    }
-
-    pub(crate) fn magnetic(&mut self, accepted: bool) {
-        self.updates.magnetic += u64::from(accepted);
-        self.updates.magnetic_rejected += u64::from(!accepted);
-    }
-
-    /// Remembers what is held against a sample.
+    /// Records the flags of a sample.
     #[inline]
     pub(crate) fn record(&mut self, time: f64, events: Flags) {
         if events.is_empty() {
             return;
         }
         self.last_of_all = time;
-        for (reason, last) in &mut self.last_event {
-            if events.contains(*reason) {
+        for (flag, last) in &mut self.last_event {
+            if events.contains(*flag) {
                 *last = time;
             }
         }
     }
 
-    /// Longest gap that is bridged, s.
+    /// Longest gap that is interpolated, s.
     pub(crate) fn longest_gap(&self) -> f64 {
         self.config.longest_gap
     }
 
-    /// The foot was not seen for too long.
+    /// The position is lost until the next start.
     pub(crate) fn mark_lost(&mut self) {
         self.latched.insert(Flags::LOST);
     }
 
-    /// The events of the last while.
+    /// The flags of recent events.
     #[inline]
-    fn remembered(&self, time: f64) -> Flags {
+    fn held(&self, time: f64) -> Flags {
         let mut flags = Flags::empty();
         if time - self.last_of_all <= self.config.memory {
-            for (reason, last) in self.last_event {
-                flags.set(reason, time - last <= self.config.memory);
+            for (flag, last) in self.last_event {
+                flags.set(flag, time - last <= self.config.memory);
             }
         }
         flags
     }
 
-    /// Flags that hold at `time`, given the `events` of the sample and the tilt uncertainty (rad)
-    /// of the filter, which is asked for only after a moving start.
+    /// Flags at `time`, given the `events` of the sample and the tilt uncertainty (rad) of the
+    /// filter, which is evaluated only after a moving start.
     #[inline]
     pub(crate) fn assess(
         &mut self,
@@ -102,15 +162,15 @@ impl HealthMonitor {
             self.latched.set(Flags::MOVING_START, tilt_std() > self.config.tilt_limit);
         }
         let unaided = time - self.last_zero_velocity;
-        let missing = if unaided > self.config.degraded_after {
+        let timeout = if unaided > self.config.degraded_after {
             self.on_zupt_timeout(unaided)
         } else {
             Flags::empty()
         };
-        self.latched | missing | self.remembered(time)
+        self.latched | timeout | self.held(time)
     }
 
-    /// What a long time without a zero velocity means.
+    /// After a long time without an accepted zero-velocity update.
     #[cold]
     fn on_zupt_timeout(&mut self, unaided: f64) -> Flags {
         if unaided > self.config.invalid_after {
@@ -131,18 +191,22 @@ mod tests {
         monitor
     }
 
+    fn accepted_zero_velocity() -> PerAid<Outcome> {
+        PerAid { zero_velocity: Outcome::Accepted, ..PerAid::default() }
+    }
+
     #[test]
     fn time_without_zero_velocity_degrades_and_then_invalidates() {
         let mut monitor = monitor();
         assert_eq!(monitor.assess(2.9, Flags::empty(), || 0.0).status(), Status::Ok);
         assert_eq!(monitor.assess(3.1, Flags::empty(), || 0.0), Flags::NO_ZERO_VELOCITY);
         assert_eq!(monitor.assess(15.1, Flags::empty(), || 0.0).status(), Status::Invalid);
-        monitor.zero_velocity(15.2, true);
+        monitor.record_updates(15.2, &accepted_zero_velocity());
         assert_eq!(monitor.assess(15.2, Flags::empty(), || 0.0), Flags::LOST);
     }
 
     #[test]
-    fn a_gap_is_remembered_for_a_second() {
+    fn a_gap_is_held_for_a_second() {
         let mut monitor = monitor();
         assert_eq!(monitor.assess(1.0, Flags::GAP, || 0.0), Flags::GAP);
         assert_eq!(monitor.assess(1.9, Flags::empty(), || 0.0), Flags::GAP);
@@ -150,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moving_start_is_over_once_the_tilt_has_settled() {
+    fn a_moving_start_ends_with_small_tilt_uncertainty() {
         let mut monitor = HealthMonitor::new(HealthConfig::default());
         monitor.aligned(0.0, false);
         assert_eq!(monitor.assess(0.1, Flags::empty(), || 0.2), Flags::MOVING_START);

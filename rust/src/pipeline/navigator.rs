@@ -1,103 +1,69 @@
-//! The navigator: the way of a sample from the sensor to the track, in one place.
+//! The navigator: one foot, sample by sample.
 
 use nalgebra::Vector3;
 
-use crate::aiding::magnetic_heading::Compass;
-use crate::calibration::Calibrator;
-use crate::config::{Config, SmootherKind};
-use crate::detectors::detector::{Decision, Detector};
+use crate::aiding::aids::Reading;
+use crate::config::Config;
+use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
 use crate::gait::stride::Stride;
-use crate::gait::stride_tracker::StrideTracker;
-use crate::ins::alignment::Alignment;
 use crate::ins::earth;
 use crate::ins::strapdown::Strapdown;
-use crate::math::simd::{Lanes, dispatch};
-use crate::pipeline::aided_ins::{Finding, Setting, Walk};
-use crate::pipeline::considered_scale::ScaleErrors;
-use crate::pipeline::delay_line::{DelayLine, PendingSample};
-use crate::pipeline::fine_levelling::Levelling;
-use crate::pipeline::health_monitor::HealthMonitor;
-use crate::pipeline::validation::InputValidator;
-use crate::pipeline::work::{Advance, Follow, Release, SolveInFull};
-use crate::smoother::smoother::Smoother;
-use crate::types::health::{Counters, Flags, Health};
+#[cfg(target_arch = "x86_64")]
+use crate::math::simd::Avx2;
+use crate::math::simd::{Baseline, InstructionSet, detect};
+use crate::pipeline::health_monitor::Health;
+use crate::pipeline::stages::Stages;
 use crate::types::nav_state::NavState;
-use crate::types::rate::samples;
 use crate::types::rate::whole_hertz;
-use crate::types::sample::{ImuSample, MagSample};
+use crate::types::sample::ImuSample;
 use crate::types::solution::Solution;
 use crate::types::trajectory::Trajectory;
 
-/// Follows one foot, sample by sample.
+/// Navigates one foot, sample by sample.
 ///
-/// A solution comes out [`Navigator::latency`] samples after its sample went in, because the
-/// detector looks ahead.  While the start is aligned the solutions stay at the origin and say so in
-/// their flags.
+/// The solution of a sample is output [`Navigator::latency`] samples later, because the detector
+/// looks ahead.  During the alignment of the start the solutions stay at the origin, and their flags
+/// tell so.
 pub struct Navigator {
-    pub(super) config: Config,
-    pub(super) validator: InputValidator,
-    /// Absent if there is nothing to correct.
-    pub(super) calibrator: Option<Calibrator>,
-    pub(super) detector: Box<dyn Detector>,
-    pub(super) waiting: DelayLine,
-    pub(super) strapdown: Strapdown,
-    pub(super) phase: Phase,
-    pub(super) smoother: Option<Smoother>,
-    pub(super) strides: Option<StrideTracker>,
-    pub(super) scale: Option<ScaleErrors>,
-    pub(super) compass: Option<Compass>,
-    pub(super) monitor: HealthMonitor,
-    pub(super) latest: Latest,
-    /// All that spoke against a solution since the start was aligned.
-    pub(super) flags_since_start: Flags,
-    pub(super) first_time: Option<f64>,
-    pub(super) ended: bool,
-    pub(super) failure: Option<Error>,
+    stages: Compiled,
 }
 
-/// What the navigator is doing.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is one of it, and a box would be one more hop for every sample"
-)]
-pub(crate) enum Phase {
-    Aligning(Alignment),
-    Levelling(Levelling),
-    Walking(Walk),
+/// The stages, compiled for each instruction set.
+#[expect(clippy::large_enum_variant, reason = "all variants are of about the same size")]
+enum Compiled {
+    Baseline(Stages<Baseline>),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Stages<Avx2>),
 }
 
-impl Phase {
-    pub(super) fn start(config: &Config, strapdown: &Strapdown) -> Self {
-        Self::Aligning(Alignment::new(config.alignment.clone(), strapdown))
-    }
-
-    /// Covariance of the error states, if it is at hand; none while the start is being aligned.
-    pub(super) fn covariance_at_hand(&self) -> Option<&Covariance> {
-        match self {
-            Self::Walking(walk) => walk.filter.covariance_at_hand(),
-            _ => None,
+/// The value of an expression in which a name stands for the stages.
+macro_rules! with_stages {
+    ($navigator:expr, $stages:ident => $value:expr) => {
+        match $navigator {
+            Compiled::Baseline($stages) => $value,
+            #[cfg(target_arch = "x86_64")]
+            Compiled::Avx2($stages) => $value,
         }
-    }
+    };
 }
 
 impl Navigator {
     /// A navigator for samples at about `rate_hz`.
     ///
-    /// The rate only sets the lengths of windows and what counts as a gap; it is rounded to
-    /// new_unchecked hertz, so that a measured rate and the one that the sensor was set to give the
-    /// same solution to the bit.
+    /// The rate sets only the lengths of windows and what counts as a gap.  It is rounded to whole
+    /// hertz, so that a measured rate and the nominal one give the same solution to the bit.
     ///
     /// # Errors
-    /// [`ConfigError`] for a setting or a rate out of range, or a setting that needs the
-    /// new_unchecked recording: see [`crate::batch::Batch`].
+    /// [`ConfigError`] for a setting or a rate out of range, or a setting that needs the whole
+    /// recording: see [`crate::Batch`].
     pub fn new(config: Config, rate_hz: f64) -> Result<Self, ConfigError> {
         config.validate_for_streaming()?;
         Self::new_unchecked(config, rate_hz, None)
     }
 
-    /// A navigator with a stance detector of one's own; `config.detector` is not used.
+    /// A navigator with a stance detector of the caller's; `config.detector` is not used.
     ///
     /// # Errors
     /// As [`Navigator::new`].
@@ -110,7 +76,7 @@ impl Navigator {
         Self::new_unchecked(config, rate_hz, Some(detector))
     }
 
-    /// A navigator whose solutions may all have to wait for the end.
+    /// A navigator whose solutions may wait for the end of the data.
     pub(crate) fn new_unchecked(
         config: Config,
         rate_hz: f64,
@@ -119,103 +85,66 @@ impl Navigator {
         config.validate()?;
         let rate = whole_hertz(rate_hz)?;
         let detector = detector.unwrap_or_else(|| config.detector.build(rate, config.gravity()));
-        let (gravity, mechanization) = (config.gravity(), &config.mechanization);
-        let latitude = config.latitude_deg().to_radians();
-        let earth_rate = if mechanization.earth_rate {
-            earth::rotation_rate(latitude)
-        } else {
-            Vector3::zeros()
+        let strapdown = strapdown(&config, 1.0 / rate);
+        let stages = match detect() {
+            InstructionSet::Baseline(simd) => {
+                Compiled::Baseline(Stages::new(simd, config, strapdown, detector))
+            }
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2(simd) => {
+                Compiled::Avx2(Stages::new(simd, config, strapdown, detector))
+            }
         };
-        let strapdown = Strapdown {
-            kind: mechanization.kind,
-            gravity,
-            earth_rate,
-            nominal_interval: 1.0 / rate,
-        };
-        Ok(Self {
-            validator: InputValidator::new(&config, strapdown.nominal_interval),
-            calibrator: Calibrator::new(&config.calibration),
-            waiting: DelayLine::with_room_for(detector.latency()),
-            detector,
-            strapdown,
-            phase: Phase::start(&config, &strapdown),
-            smoother: smoother(&config, rate),
-            strides: strides(&config),
-            scale: ScaleErrors::new(&config.sensor),
-            compass: Compass::new(&config.magnetometer),
-            monitor: HealthMonitor::new(config.health.clone()),
-            latest: Latest::None,
-            flags_since_start: Flags::empty(),
-            first_time: None,
-            ended: false,
-            failure: None,
-            config,
-        })
+        Ok(Self { stages })
     }
 
-    /// Takes the next raw sample; returns the solution of the sample [`Navigator::latency`] before
-    /// it, once there is such a one.
+    /// Processes the next raw sample; returns the solution of the sample [`Navigator::latency`]
+    /// before it, if there is one.
     ///
     /// # Errors
-    /// [`DataError`] for a sample that is not finite or goes back in time: it is refused and
-    /// counted, and the next good one goes on after a gap. [`DataError`] when the start cannot be
-    /// aligned and [`NumericalError`] when the filter cannot go on; every later call repeats these
-    /// until [`Navigator::reset`].
+    /// [`DataError`] for a sample that is not finite or goes back in time: it is refused and counted,
+    /// and the next valid one continues after a gap.  [`DataError`] when the start cannot be aligned
+    /// and [`NumericalError`] when the filter fails; every later call repeats these until
+    /// [`Navigator::reset`].
     #[inline]
     pub fn push(&mut self, raw: &ImuSample) -> Result<Option<Solution>, Error> {
         Ok(if self.advance(raw)? { self.latest() } else { None })
     }
 
-    /// As [`Navigator::push`], but the solution stays where [`Navigator::latest`] shows it; answers
+    /// As [`Navigator::push`], without assembling the solution, which [`Navigator::latest`] returns;
     /// whether there is a new one.
     ///
     /// # Errors
     /// As [`Navigator::push`].
     #[inline]
     pub fn advance(&mut self, raw: &ImuSample) -> Result<bool, Error> {
-        dispatch(Advance { navigator: self, raw })
+        with_stages!(&mut self.stages, stages => stages.push_sample(raw))
     }
 
-    /// Takes a block of raw samples, and shows the navigator whenever a solution came out.
-    ///
-    /// # Errors
-    /// As [`Navigator::push_block`].
+    /// Processes a block of raw samples; `output` takes each new solution, with the free-inertial
+    /// velocity (n, m/s).
     pub(crate) fn process_block(
         &mut self,
         block: &[ImuSample],
-        output: impl FnMut(&Self),
+        output: impl FnMut(&Solution, &Vector3<f64>),
     ) -> Result<(), Error> {
         self.check_block(block)?;
-        dispatch(Follow { navigator: self, block, output })
+        with_stages!(&mut self.stages, stages => stages.push_block(block, output))
     }
 
-    /// A sample that was found good waits for its decision, and the oldest that waits may get one.
-    #[inline(always)]
-    pub(super) fn take<L: Lanes>(&mut self, raw: &ImuSample, events: Flags) -> Result<bool, Error> {
-        self.first_time.get_or_insert(raw.time);
-        let corrected = self.calibrator.as_ref().map(|calibrator| calibrator.apply(raw));
-        let sample = corrected.as_ref().unwrap_or(raw);
-        self.waiting.push(sample, events);
-        match self.detector.push(sample) {
-            Some(decision) => self.release::<L>(&decision),
-            None => Ok(false),
-        }
-    }
-
-    /// Takes a reading of the magnetometer; it has to come before the first sample that is as new.
+    /// Takes a reading of another sensor, such as a magnetometer; it has to come before the first
+    /// sample that is as new.
     ///
-    /// It is used if `config.magnetometer.heading` is set.
-    pub fn push_field(&mut self, reading: &MagSample) {
-        if let Some(compass) = &mut self.compass {
-            compass.push(reading);
-        }
+    /// It is used if the settings ask for its aid.
+    pub fn push_reading(&mut self, reading: impl Into<Reading>) {
+        with_stages!(&mut self.stages, stages => stages.push_reading(&reading.into()));
     }
 
-    /// Takes a block of raw samples and returns the solutions that came out.
+    /// Processes a block of raw samples and returns the new solutions.
     ///
     /// # Errors
-    /// As [`Navigator::push`]; a block with a bad sample is refused as a new_unchecked, before any
-    /// of it was used.
+    /// As [`Navigator::push`]; a block with an invalid sample is refused as a whole, before any of it
+    /// is used.
     pub fn push_block(&mut self, block: &[ImuSample]) -> Result<Trajectory, Error> {
         let mut solutions = Trajectory::with_capacity(block.len());
         self.push_block_into(block, &mut solutions)?;
@@ -231,15 +160,16 @@ impl Navigator {
         block: &[ImuSample],
         solutions: &mut impl Extend<Solution>,
     ) -> Result<(), Error> {
-        self.process_block(block, |navigator| solutions.extend(navigator.latest()))
+        self.process_block(block, |solution, _| solutions.extend(Some(*solution)))
     }
 
     /// Ends the data and returns the solutions of the last [`Navigator::latency`] samples.
     ///
     /// # Errors
-    /// [`NumericalError`] when the filter cannot go on.
+    /// [`NumericalError`] when the filter fails.
     pub fn flush(&mut self) -> Result<Trajectory, Error> {
-        let mut solutions = Trajectory::with_capacity(self.waiting.len());
+        let pending = with_stages!(&self.stages, stages => stages.pending());
+        let mut solutions = Trajectory::with_capacity(pending);
         self.flush_into(&mut solutions)?;
         Ok(solutions)
     }
@@ -249,144 +179,87 @@ impl Navigator {
     /// # Errors
     /// As [`Navigator::flush`].
     pub fn flush_into(&mut self, solutions: &mut impl Extend<Solution>) -> Result<(), Error> {
-        self.check_running()?;
-        while let Some(solution) = self.drain()? {
-            solutions.extend(Some(solution));
-        }
-        self.ended = true;
+        with_stages!(&self.stages, stages => stages.check_running())?;
+        while !self.drain(usize::MAX, |solution, _| solutions.extend(Some(*solution)))? {}
+        with_stages!(&mut self.stages, stages => stages.end());
         Ok(())
     }
 
     /// Checks a block of raw samples before any of it is used.
     pub(crate) fn check_block(&self, block: &[ImuSample]) -> Result<(), Error> {
-        self.check_running()?;
-        Ok(self.validator.check_block(block)?)
+        with_stages!(&self.stages, stages => stages.check_block(block))
     }
 
-    /// The next of the solutions that are left at the end of the data.
-    pub(crate) fn drain(&mut self) -> Result<Option<Solution>, Error> {
-        while let Some(decision) = self.detector.drain() {
-            if dispatch(Release { navigator: self, decision: &decision })? {
-                return Ok(self.latest());
-            }
-        }
-        if let Some(strides) = &mut self.strides {
-            strides.finish();
-        }
-        let Some(left) = self.smoother.as_mut().and_then(Smoother::drain) else { return Ok(None) };
-        self.emit(left);
-        Ok(self.latest())
-    }
-
-    /// Makes room for solutions that have to wait for the end of the data.
-    pub(crate) fn reserve(&mut self, solutions: usize) {
-        self.smoother.iter_mut().for_each(|smoother| smoother.reserve(solutions));
-    }
-
-    /// Does some of what has to wait for the end of the data, for about `rows` solutions; answers
-    /// whether all of it is done, and [`Navigator::drain`] has only to hand out.
+    /// At the end of the data, processes up to `rows` of the samples and solutions that wait; whether
+    /// all are done.
     ///
     /// # Errors
-    /// [`NumericalError`] when the filter cannot go on.
-    pub(crate) fn smooth_chunk(&mut self, rows: usize) -> Result<bool, Error> {
-        if !self.smoother.as_ref().is_some_and(Smoother::waits_for_end) {
-            return Ok(true);
-        }
-        while let Some(decision) = self.detector.drain() {
-            dispatch(Release { navigator: self, decision: &decision })?;
-        }
-        Ok(self.smoother.as_mut().is_none_or(|smoother| smoother.smooth_chunk(rows)))
+    /// [`NumericalError`] when the filter fails.
+    pub(crate) fn drain(
+        &mut self,
+        rows: usize,
+        output: impl FnMut(&Solution, &Vector3<f64>),
+    ) -> Result<bool, Error> {
+        with_stages!(&mut self.stages, stages => stages.drain(rows, output))
     }
 
-    /// Forgets everything but the settings.
+    /// Reserves memory for solutions that wait for the end of the data.
+    pub(crate) fn reserve(&mut self, solutions: usize) {
+        with_stages!(&mut self.stages, stages => stages.reserve(solutions));
+    }
+
+    /// Discards everything but the settings.
     pub fn reset(&mut self) {
-        self.detector.reset();
-        self.waiting = DelayLine::with_room_for(self.detector.latency());
-        self.validator = InputValidator::new(&self.config, self.strapdown.nominal_interval);
-        self.phase = Phase::start(&self.config, &self.strapdown);
-        self.smoother = smoother(&self.config, 1.0 / self.strapdown.nominal_interval);
-        self.strides = strides(&self.config);
-        self.scale = ScaleErrors::new(&self.config.sensor);
-        self.compass = Compass::new(&self.config.magnetometer);
-        self.monitor = HealthMonitor::new(self.config.health.clone());
-        self.latest = Latest::None;
-        self.flags_since_start = Flags::empty();
-        self.first_time = None;
-        self.ended = false;
-        self.failure = None;
+        with_stages!(&mut self.stages, stages => stages.reset());
     }
 
-    /// Number of samples by which a solution comes late.
+    /// Delay of the solutions, in samples.
     #[must_use]
     pub fn latency(&self) -> usize {
-        self.detector.latency() + self.smoother.as_ref().map_or(0, Smoother::delay)
+        with_stages!(&self.stages, stages => stages.latency())
     }
 
-    /// The newest solution that came out; none before the first, and when the navigator cannot go
-    /// on.
+    /// The newest solution; none before the first, and after a failure.
     #[must_use]
     pub fn latest(&self) -> Option<Solution> {
         self.with_latest(|solution| *solution)
     }
 
-    /// Something of the newest solution that came out, which need not be put together for it.
+    /// A function of the newest solution, which is assembled only as far as the function uses it.
     #[inline]
-    pub(crate) fn with_latest<T>(&self, something: impl FnOnce(&Solution) -> T) -> Option<T> {
-        match (&self.latest, &self.phase) {
-            (Latest::OfWalk(found), Phase::Walking(walk)) => {
-                Some(something(&walk.solution(*found)))
-            }
-            (Latest::Apart(solution), _) => Some(something(solution)),
-            _ => None,
-        }
+    pub(crate) fn with_latest<T>(&self, function: impl FnOnce(&Solution) -> T) -> Option<T> {
+        with_stages!(&self.stages, stages => stages.with_latest(function))
     }
 
-    /// The state at the newest sample: the newest solution carried forward by the strapdown alone.
+    /// The state at the newest sample: the newest solution, propagated by the mechanization alone.
     ///
-    /// While the start is aligned that is the origin, levelled by the newest sample.  None before
-    /// the first sample.
+    /// During the alignment that is the origin, levelled by the newest sample.  None before the first
+    /// sample.
     ///
     /// # Errors
     /// [`NumericalError`] when the samples that wait for their decision are too large to integrate.
     pub fn now(&self) -> Result<Option<NavState>, NumericalError> {
-        let Some(newest) = self.waiting.newest().copied() else { return Ok(None) };
-        let state = match &self.phase {
-            Phase::Walking(walk) => {
-                let samples = self.waiting.iter().map(|pending| &pending.sample);
-                walk.ahead(&self.strapdown, self.config.health.longest_gap, samples)
-            }
-            Phase::Levelling(levelling) => levelling.state(&newest),
-            Phase::Aligning(alignment) => {
-                NavState::at_rest(newest.time, alignment.attitude_of(&newest.specific_force))
-            }
-        };
-        if state.is_finite() {
-            Ok(Some(state))
-        } else {
-            Err(NumericalError::StateNotFinite { time: newest.time })
-        }
+        with_stages!(&self.stages, stages => stages.now())
     }
 
-    /// Covariance of the error states; none while the start is being aligned.
+    /// Covariance of the error states; none during the alignment.
     #[must_use]
     pub fn covariance(&self) -> Option<Covariance> {
-        match &self.phase {
-            Phase::Walking(walk) => Some(walk.filter.covariance()),
-            _ => None,
-        }
+        with_stages!(&self.stages, stages => stages.covariance())
     }
 
-    /// The strides that came to be known since the last call.
+    /// The strides that were completed since the last call.
     ///
-    /// A stride is known when both of its ends came out and the foot has left the stance that it
-    /// ends in for 0.1 s, has stood there for half a second, or the data are over.
+    /// A stride is complete when the solutions of both of its ends are output and the foot has left
+    /// the stance that it ends in for 0.1 s, has stood there for half a second, or the data have
+    /// ended.
     ///
     /// # Errors
     /// [`ConfigError`] unless `config.output.strides` is set.
     pub fn strides(&mut self) -> Result<Vec<Stride>, ConfigError> {
-        if !self.config.output.strides {
+        if !with_stages!(&self.stages, stages => stages.config.output.strides) {
             return Err(ConfigError::Inconsistent(
-                "strides are not kept: set output.strides = true".into(),
+                "strides are not tracked: set output.strides = true".into(),
             ));
         }
         let mut strides = self.take_strides();
@@ -394,198 +267,45 @@ impl Navigator {
         Ok(strides)
     }
 
-    /// As [`Navigator::strides`], shuffles on the spot among them; none unless they are kept.
+    /// As [`Navigator::strides`], with those that are too short; none unless they are tracked.
     pub(crate) fn take_strides(&mut self) -> Vec<Stride> {
-        self.strides.as_mut().map(StrideTracker::take).unwrap_or_default()
+        with_stages!(&mut self.stages, stages => stages.take_strides())
     }
 
-    /// Velocity at the filter's newest solution without what its stance tells, n, m/s.
-    pub(crate) fn unaided_velocity(&self) -> Vector3<f64> {
-        match &self.phase {
-            Phase::Walking(walk) => walk.unaided_velocity(),
-            _ => Vector3::zeros(),
-        }
-    }
-
-    /// Trust in the newest solution.
+    /// Health of the newest solution.
     #[must_use]
     pub fn health(&self) -> Health {
-        let latest = self.latest();
-        let without = if self.failure.is_some() { Flags::LOST } else { Flags::ALIGNING };
-        let std = latest.map_or(Vector3::zeros(), |solution| solution.position_std);
-        Health {
-            flags: latest.map_or(without, |solution| solution.flags),
-            counters: Counters { updates: self.monitor.updates, ..self.validator.counters },
-            horizontal_std: std.x.hypot(std.y),
-            vertical_std: std.z,
-        }
+        with_stages!(&self.stages, stages => stages.health())
     }
 
-    /// Trust in the new_unchecked walk: all that spoke against it since the start was aligned.
+    /// Health of the whole walk: all flags since the start was aligned.
     #[must_use]
     pub fn health_of_walk(&self) -> Health {
-        let health = self.health();
-        let aligning = health.flags & Flags::ALIGNING;
-        Health { flags: self.flags_since_start | aligning, ..health }
+        with_stages!(&self.stages, stages => stages.health_of_walk())
     }
 
-    /// Checks that the start was aligned, as a new_unchecked walk needs.
+    /// Checks that the start was aligned.
     ///
     /// # Errors
     /// [`DataError::TooShort`].
     pub fn check_aligned(&self) -> Result<(), DataError> {
-        let Phase::Aligning(alignment) = &self.phase else { return Ok(()) };
-        let first = self.first_time.unwrap_or(0.0);
-        let last = self.waiting.newest().map_or(first, |sample| sample.time);
-        Err(DataError::TooShort {
-            samples: self.validator.counters.samples,
-            duration: last - first,
-            needed: alignment.duration(),
-        })
+        with_stages!(&self.stages, stages => stages.check_aligned())
     }
 
-    /// Checks that a magnetometer was read if it is to hold the heading.
+    /// Checks that each aid that needs readings has had some.
     ///
     /// # Errors
     /// [`DataError::NoField`].
-    pub(crate) fn check_magnetometer(&self) -> Result<(), DataError> {
-        if self.compass.as_ref().is_none_or(Compass::has_read) {
-            Ok(())
-        } else {
-            Err(DataError::NoField)
-        }
-    }
-
-    pub(super) fn check_running(&self) -> Result<(), Error> {
-        match &self.failure {
-            Some(failure) => Err(failure.clone()),
-            None if self.ended => Err(DataError::AfterFlush.into()),
-            None => Ok(()),
-        }
-    }
-
-    /// Gives the oldest waiting sample its decision and solves it; a failure is remembered, since
-    /// the sample is lost.
-    #[inline(always)]
-    pub(super) fn release<L: Lanes>(&mut self, decision: &Decision) -> Result<bool, Error> {
-        let solved = self.solve::<L>(decision);
-        self.waiting.release();
-        match solved {
-            Ok(output) => Ok(output),
-            Err(failure) => Err(self.fail(failure)),
-        }
-    }
-
-    /// Nothing that the failure left behind is a solution.
-    #[cold]
-    pub(super) fn fail(&mut self, failure: Error) -> Error {
-        self.latest = Latest::None;
-        self.flags_since_start |= Flags::LOST;
-        self.failure = Some(failure.clone());
-        failure
-    }
-
-    /// Solves the oldest waiting sample, and answers whether a solution came out.
-    #[inline(always)]
-    pub(super) fn solve<L: Lanes>(&mut self, decision: &Decision) -> Result<bool, Error> {
-        let Some(pending) = self.waiting.oldest() else { return Ok(false) };
-        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        let alone = self.smoother.is_none()
-            && self.strides.is_none()
-            && self.compass.is_none()
-            && self.scale.is_none();
-        let (Phase::Walking(walk), true) = (&mut self.phase, alone) else {
-            let (pending, decision) = (*pending, *decision);
-            return L::call(SolveInFull { navigator: self, pending, decision });
-        };
-        let found = walk.update::<L>(&setting, &mut self.monitor, pending, decision, &mut ())?;
-        self.flags_since_start |= found.flags;
-        self.latest = Latest::OfWalk(found);
-        Ok(true)
-    }
-
-    /// The same at the start, with a magnetometer, and where what comes out is not the filter's
-    /// solution alone.
-    #[inline(always)]
-    pub(super) fn update_general<L: Lanes>(
-        &mut self,
-        pending: &PendingSample,
-        decision: &Decision,
-    ) -> Result<bool, Error> {
-        let setting = Setting { strapdown: &self.strapdown, filter: &self.config.filter };
-        let Phase::Walking(walk) = &mut self.phase else {
-            return self.solve_at_start::<L>(pending, decision);
-        };
-        let strides = self.strides.as_mut().map(StrideTracker::recorder);
-        let mut recorder = (strides, self.smoother.as_mut().map(Smoother::recorder));
-        let found =
-            walk.update::<L>(&setting, &mut self.monitor, pending, decision, &mut recorder)?;
-        if let Some(compass) = &mut self.compass {
-            compass.update(&mut walk.filter, &mut self.monitor, found.zero_velocity, &mut recorder);
-            walk.filter.check()?;
-        }
-        self.flags_since_start |= found.flags;
-        let solution = walk.solution(found);
-        Ok(self.delay(solution))
-    }
-
-    /// The same while the start is being aligned.
-    #[inline(always)]
-    pub(super) fn solve_at_start<L: Lanes>(
-        &mut self,
-        pending: &PendingSample,
-        decision: &Decision,
-    ) -> Result<bool, Error> {
-        let solution = self.start::<L>(pending, decision)?;
-        Ok(self.delay(solution))
-    }
-
-    /// Lets those who wait for what comes later take the filter's newest solution, and answers
-    /// whether one came out.
-    pub(super) fn delay(&mut self, found: Solution) -> bool {
-        if let Some(strides) = &mut self.strides {
-            strides.push(&found, self.phase.covariance_at_hand());
-        }
-        let due = match &mut self.smoother {
-            None => Some(found),
-            Some(smoother) => smoother.push(&found, self.phase.covariance_at_hand()),
-        };
-        let Some(solution) = due else { return false };
-        self.emit(solution);
-        true
-    }
-
-    /// A solution comes out.
-    pub(super) fn emit(&mut self, mut solution: Solution) {
-        if let Some(scale) = &mut self.scale {
-            scale.widen(&mut solution);
-        }
-        if let Some(strides) = &mut self.strides {
-            strides.on_output(&solution);
-        }
-        self.latest = Latest::Apart(solution);
+    pub(crate) fn check_readings(&self) -> Result<(), DataError> {
+        with_stages!(&self.stages, stages => stages.check_readings())
     }
 }
 
-fn smoother(config: &Config, rate: f64) -> Option<Smoother> {
-    match config.smoother.kind {
-        SmootherKind::None => None,
-        SmootherKind::Stepwise => {
-            Some(Smoother::stepwise(samples(config.smoother.longest_step * rate)))
-        }
-        SmootherKind::Rts => Some(Smoother::fixed_interval()),
-    }
-}
-
-fn strides(config: &Config) -> Option<StrideTracker> {
-    config.output.strides.then(|| StrideTracker::new(config.alignment.forward_axis.vector()))
-}
-
-/// The newest solution that came out.
-pub(crate) enum Latest {
-    None,
-    /// The walk's estimate as it is, with what was found beside it.
-    OfWalk(Finding),
-    /// That of the start, or one that was held back or changed after the filter found it.
-    Apart(Solution),
+/// The mechanization that the settings describe.
+fn strapdown(config: &Config, nominal_interval: f64) -> Strapdown {
+    let (gravity, mechanization) = (config.gravity(), &config.mechanization);
+    let latitude = config.latitude_deg().to_radians();
+    let earth_rate =
+        if mechanization.earth_rate { earth::rotation_rate(latitude) } else { Vector3::zeros() };
+    Strapdown { kind: mechanization.kind, gravity, earth_rate, nominal_interval }
 }

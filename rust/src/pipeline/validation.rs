@@ -1,18 +1,19 @@
-//! The door: only finite samples in the order of time come in, and what is missing, repeated or
-//! clipped is noted.
+//! Input validation: only finite samples in the order of time pass; missing, repeated and clipped
+//! ones are flagged and counted.
 
 use nalgebra::Vector3;
 
 use crate::config::Config;
 use crate::error::DataError;
-use crate::types::health::{Counters, Flags};
+use crate::pipeline::health_monitor::Counters;
+use crate::types::health::Flags;
 use crate::types::sample::ImuSample;
 
 /// Share of the full scale from which a reading counts as clipped: converters saturate a little
 /// below their nominal range.
 const FULL_SCALE_SHARE: f64 = 0.995;
 
-/// Checks one sample after the other.
+/// Validates one sample after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct InputValidator {
     longest_interval: f64,
@@ -37,28 +38,28 @@ impl InputValidator {
         }
     }
 
-    /// Takes a raw sample in and says what is to be held against it.
+    /// Validates a raw sample and returns its flags.
     ///
     /// # Errors
     /// [`DataError`] for a sample that is not finite or goes back in time.  It is counted and
-    /// forgotten: the next good sample goes on after a gap.
+    /// discarded: the next valid sample continues after a gap.
     #[inline]
     pub(crate) fn ingest(&mut self, raw: &ImuSample) -> Result<Flags, DataError> {
         if self.is_nominal(raw) {
             return Ok(self.count(raw, Flags::empty()));
         }
-        self.refuse_bad(raw)?;
+        self.refuse_invalid(raw)?;
         Ok(self.ingest_checked(raw))
     }
 
-    /// Takes in a raw sample that [`InputValidator::check_block`] found good.
+    /// Returns the flags of a raw sample that passed [`InputValidator::check_block`].
     #[inline]
     pub(crate) fn ingest_checked(&mut self, raw: &ImuSample) -> Flags {
-        let events = if self.is_nominal(raw) { Flags::empty() } else { self.flag(raw) };
-        self.count(raw, events)
+        let flags = if self.is_nominal(raw) { Flags::empty() } else { self.flag(raw) };
+        self.count(raw, flags)
     }
 
-    /// Checks a block of samples without taking it in.
+    /// Checks a block of samples without counting them.
     pub(crate) fn check_block(&self, block: &[ImuSample]) -> Result<(), DataError> {
         let mut previous_time = self.previous_time;
         for (index, raw) in (self.next_index()..).zip(block) {
@@ -72,10 +73,10 @@ impl InputValidator {
         self.counters.samples + self.counters.refused
     }
 
-    /// Whether a sample is good and nothing is to be said of it.  Some of which nothing is to be
-    /// said are not ordinary: those with no axis at its full scale, but the magnitude beyond it.
+    /// Whether a sample is valid and has no flag.  A sample with no axis at full scale, but with a
+    /// magnitude beyond it, has no flag and is not nominal either.
     ///
-    /// One number that is not finite makes a comparison false.
+    /// A number that is not finite makes a comparison false.
     #[inline]
     fn is_nominal(&self, raw: &ImuSample) -> bool {
         let interval = raw.time - self.previous_time;
@@ -87,14 +88,14 @@ impl InputValidator {
     }
 
     #[inline]
-    fn count(&mut self, raw: &ImuSample, events: Flags) -> Flags {
+    fn count(&mut self, raw: &ImuSample, flags: Flags) -> Flags {
         self.counters.samples += 1;
         self.previous_time = raw.time;
-        events
+        flags
     }
 
     #[cold]
-    fn refuse_bad(&mut self, raw: &ImuSample) -> Result<(), DataError> {
+    fn refuse_invalid(&mut self, raw: &ImuSample) -> Result<(), DataError> {
         let checked = check(raw, self.next_index(), self.previous_time);
         if checked.is_err() {
             self.counters.refused += 1;
@@ -103,18 +104,18 @@ impl InputValidator {
         checked
     }
 
-    /// What is to be held against a good sample, counted.
+    /// The flags of a valid sample, counted.
     #[cold]
     fn flag(&mut self, raw: &ImuSample) -> Flags {
         let interval = raw.time - self.previous_time;
-        let mut events = Flags::empty();
-        events.set(Flags::REFUSED, std::mem::take(&mut self.refused_since));
-        events.set(Flags::CLIPPED, self.is_clipped(raw));
-        events.set(Flags::GAP, interval > self.longest_interval);
+        let mut flags = Flags::empty();
+        flags.set(Flags::REFUSED, std::mem::take(&mut self.refused_since));
+        flags.set(Flags::CLIPPED, self.is_clipped(raw));
+        flags.set(Flags::GAP, interval > self.longest_interval);
         self.counters.repeated += u64::from(interval == 0.0);
-        self.counters.gaps += u64::from(events.contains(Flags::GAP));
-        self.counters.clipped += u64::from(events.contains(Flags::CLIPPED));
-        events
+        self.counters.gaps += u64::from(flags.contains(Flags::GAP));
+        self.counters.clipped += u64::from(flags.contains(Flags::CLIPPED));
+        flags
     }
 
     fn is_clipped(&self, raw: &ImuSample) -> bool {

@@ -74,7 +74,7 @@ impl PyBatch {
         let fields = mag.map(|mag| block.fields(&mag)).transpose()?;
         let mut inner = self.inner.lock()?;
         let batch = (**inner).as_mut().ok_or_else(finished)?;
-        fields.iter().flatten().for_each(|reading| batch.push_field(reading));
+        fields.iter().flatten().for_each(|reading| batch.push_reading(*reading));
         let pushed = py.detach(|| push_in_parts(batch, &block));
         self.check(py)?;
         Ok(pushed?)

@@ -8,13 +8,14 @@ use pyo3::types::PyDict;
 use crate::config::Config;
 use crate::error::Error;
 use crate::filter::error_state::STATES;
+use crate::pipeline::health_monitor::Health;
 use crate::pipeline::navigator::Navigator;
 use crate::python::block::Arrays;
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::{from_json, matrix};
-use crate::types::health::{Flags, Health};
+use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
 use crate::types::solution::Solution;
@@ -138,10 +139,10 @@ impl PyNavigator {
         if let Some(fields) = fields {
             navigator.check_block(&samples)?;
             for reading in &fields {
-                navigator.push_field(reading);
+                navigator.push_reading(*reading);
             }
         } else {
-            navigator.check_magnetometer().map_err(Error::from)?;
+            navigator.check_readings().map_err(Error::from)?;
         }
         let mut solutions = Vec::with_capacity(samples.len());
         let mut push = || navigator.push_block_into(&samples, &mut solutions);
@@ -261,11 +262,12 @@ pub(super) fn health_fields<'py>(py: Python<'py>, health: &Health) -> PyResult<B
     counters.set_item("gaps", health.counters.gaps)?;
     counters.set_item("clipped", health.counters.clipped)?;
     counters.set_item("refused", health.counters.refused)?;
-    counters.set_item("zero_velocity_updates", health.counters.updates.zero_velocity)?;
-    counters.set_item("zero_velocity_rejected", health.counters.updates.zero_velocity_rejected)?;
-    counters.set_item("zero_angular_rate_updates", health.counters.updates.zero_angular_rate)?;
-    counters.set_item("magnetic_updates", health.counters.updates.magnetic)?;
-    counters.set_item("magnetic_rejected", health.counters.updates.magnetic_rejected)?;
+    let updates = &health.counters.updates;
+    counters.set_item("zero_velocity_updates", updates.zero_velocity.accepted)?;
+    counters.set_item("zero_velocity_rejected", updates.zero_velocity.rejected)?;
+    counters.set_item("zero_angular_rate_updates", updates.zero_angular_rate.accepted)?;
+    counters.set_item("magnetic_updates", updates.magnetic_heading.accepted)?;
+    counters.set_item("magnetic_rejected", updates.magnetic_heading.rejected)?;
     let fields = PyDict::new(py);
     fields.set_item("flags", health.flags.bits())?;
     fields.set_item("counters", counters)?;

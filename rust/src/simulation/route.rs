@@ -136,8 +136,9 @@ impl Route {
     /// leads to a tread, or the route is longer than 100 km.
     pub fn validate(&self) -> Result<(), ConfigError> {
         const KEY: &str = "route.waypoints";
-        let refuse =
-            |value: String, expected| Err(ConfigError::OutOfRange { key: KEY, value, expected });
+        let refuse = |value: String, expected: &'static str| {
+            Err(ConfigError::OutOfRange { key: KEY, value, expected: expected.into() })
+        };
         if self.waypoints.len() < 2 {
             return refuse(format!("{} waypoints", self.waypoints.len()), "at least 2 waypoints");
         }

@@ -1,4 +1,4 @@
-//! What later samples tell of the errors at one instant, on its way back from instant to instant.
+//! What later samples tell of the errors at one instant, propagated backward.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,11 +6,12 @@ use crate::filter::covariance::Covariance;
 use crate::filter::error_state::{Block, ErrorStates, LinearMap};
 use crate::filter::observation::Observation;
 use crate::filter::transition::Transition;
+use crate::math::simd::{Simd, WithSimd};
 use crate::types::solution::Solution;
 
-/// The costate λ and the information Λ of all that came later.
+/// The costate λ and the information Λ of all later samples.
 #[derive(Debug)]
-pub(super) struct BackwardState {
+pub(crate) struct BackwardState {
     costate: ErrorStates,
     information: Covariance,
 }
@@ -22,31 +23,54 @@ impl Default for BackwardState {
 }
 
 impl BackwardState {
-    pub(super) fn transition(&mut self, transition: &Transition) {
-        transition.apply_transposed(&mut self.costate);
-        transition.apply_transposed(&mut self.information);
+    /// Propagates back over a transition.
+    pub(crate) fn transition(&mut self, simd: impl Simd, transition: &Transition) {
+        transition.apply_transposed(simd, &mut self.costate);
+        transition.apply_transposed(simd, &mut self.information);
     }
 
-    pub(super) fn couple(&mut self, m: &Matrix3<f64>) {
-        self.costate.add_transformed(Block::AccelBias, Block::Attitude, &m.transpose());
-        self.information.add_transformed(Block::AccelBias, Block::Attitude, &m.transpose());
+    /// Propagates back over a coupling of attitude and accelerometer bias by `m`.
+    pub(crate) fn couple(&mut self, simd: impl Simd, m: &Matrix3<f64>) {
+        let transposed = &m.transpose();
+        self.costate.add_transformed(simd, Block::AccelBias, Block::Attitude, transposed);
+        simd.vectorize(Couple { information: &mut self.information, transposed });
     }
 
-    pub(super) fn observation(&mut self, observation: &Observation) {
+    /// Propagates back over an observation: λ becomes (I - K H)ᵀ λ - Hᵀ S⁻¹ y, and Λ becomes
+    /// (I - K H)ᵀ Λ (I - K H) + Hᵀ S⁻¹ H.
+    pub(crate) fn observation(&mut self, simd: impl Simd, observation: &Observation) {
         observation.costate_before(&mut self.costate);
-        observation.information_before(&mut self.information);
+        let Observation { block, whitener, whitened_gain, .. } = observation;
+        self.information.information_before(simd, *block, whitener, whitened_gain);
     }
 
-    pub(super) fn reset_block(&mut self, block: Block) {
+    /// Propagates back over the reset of a block.
+    pub(crate) fn reset_block(&mut self, block: Block) {
         *self.costate.block_mut(block) = Vector3::zeros();
-        self.information.replace(block, 0.0);
+        self.information.reset_block(block, &Vector3::zeros());
     }
 
-    /// Corrects a solution, whose errors have this covariance, by what later samples tell of it.
-    pub(super) fn smooth(&self, solution: &mut Solution, covariance: &Covariance) {
-        let (errors, known) = covariance.smoothing(&self.costate, &self.information);
-        solution.estimate.correct(&ErrorStates(errors.0.map(|part| -part)));
-        let variance = covariance.diagonal(Block::Position) - known;
+    /// Corrects a solution, whose errors have this covariance, by the later samples.
+    pub(crate) fn smooth(&self, simd: impl Simd, solution: &mut Solution, covariance: &Covariance) {
+        let (errors, reduction) = covariance.smoothing(simd, &self.costate, &self.information);
+        solution.estimate.correct(simd, &ErrorStates(errors.0.map(|part| -part)));
+        let variance = covariance.diagonal(Block::Position) - reduction;
         solution.position_std = variance.map(|v| v.max(0.0).sqrt());
+    }
+}
+
+/// See [`BackwardState::couple`].
+struct Couple<'a> {
+    information: &'a mut Covariance,
+    transposed: &'a Matrix3<f64>,
+}
+
+impl WithSimd for Couple<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { information, transposed } = self;
+        information.add_transformed(simd, Block::AccelBias, Block::Attitude, transposed);
     }
 }

@@ -1,12 +1,14 @@
-//! A stretch of the walk, as the forward pass leaves it and the backward pass goes back over it.
+//! A segment of the data: recorded by the forward pass, smoothed by the backward pass.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::filter::covariance::Covariance;
 use crate::filter::error_state::{Block, LinearMap};
 use crate::filter::observation::{Measurement, Observation};
+use crate::filter::process_noise::Noise;
 use crate::filter::recorder::FilterRecorder;
-use crate::filter::transition::{Noise, Transition};
+use crate::filter::transition::Transition;
+use crate::math::simd::{Simd, WithSimd};
 use crate::smoother::backward_state::BackwardState;
 use crate::types::solution::Solution;
 
@@ -46,7 +48,7 @@ struct Window {
 
 impl FilterRecorder for Segment {
     #[inline]
-    fn transition(&mut self, transition: &Transition, noise: &Noise) {
+    fn transition(&mut self, _: impl Simd, transition: &Transition, noise: &Noise) {
         self.steps.push(Step::Transition(*transition, *noise));
     }
 
@@ -56,13 +58,13 @@ impl FilterRecorder for Segment {
     }
 
     #[inline]
-    fn couple(&mut self, m: &Matrix3<f64>) {
+    fn couple(&mut self, _: impl Simd, m: &Matrix3<f64>) {
         self.steps.push(Step::Couple(*m));
     }
 
     #[inline]
-    fn observation(&mut self, observation: &Observation) {
-        self.steps.push(Step::Observation(observation.observed()));
+    fn observation(&mut self, _: impl Simd, observation: &Observation) {
+        self.steps.push(Step::Observation(observation.measurement()));
     }
 
     #[inline]
@@ -106,30 +108,36 @@ impl Segment {
         self.rows.len()
     }
 
-    /// Goes back over the last window and smooths its solutions, which are handed over from the
-    /// newest to the oldest.
+    /// Smooths the solutions of the last window, which are given from the newest to the oldest.
     ///
     /// The segment keeps its memory.
-    pub(crate) fn smooth_chunk<'a>(&mut self, solutions: impl Iterator<Item = &'a mut Solution>) {
+    pub(crate) fn smooth_window<'a>(
+        &mut self,
+        simd: impl Simd,
+        solutions: impl Iterator<Item = &'a mut Solution>,
+    ) {
         let Some(covariance) = self.checkpoints.pop() else { return };
         let first = WINDOW * self.checkpoints.len();
-        self.window.go_forward(covariance, &self.rows[first..], &self.steps);
+        let (window, rows, steps) = (&mut self.window, &self.rows[first..], &self.steps);
+        simd.vectorize(Replay { window, covariance, rows, steps });
         let mut observations = self.window.observations.iter().rev();
         for (solution, covariance) in solutions.zip(self.window.covariances.iter().rev()) {
             let Some(start) = self.rows.pop() else { return };
             for step in self.steps[start..].iter().rev() {
                 match step {
-                    Step::Transition(transition, _) => self.later.transition(transition),
+                    Step::Transition(transition, _) => self.later.transition(simd, transition),
                     Step::Inflate(..) => {}
-                    Step::Couple(m) => self.later.couple(m),
+                    Step::Couple(m) => self.later.couple(simd, m),
                     Step::Observation(_) => {
-                        observations.next().into_iter().for_each(|one| self.later.observation(one))
+                        if let Some(observation) = observations.next() {
+                            self.later.observation(simd, observation);
+                        }
                     }
                     Step::ResetBlock(block, _) => self.later.reset_block(*block),
                 }
             }
             self.steps.truncate(start);
-            self.later.smooth(solution, covariance);
+            self.later.smooth(simd, solution, covariance);
         }
         if self.rows.is_empty() {
             self.later = BackwardState::default();
@@ -137,24 +145,37 @@ impl Segment {
     }
 }
 
-impl Window {
-    /// Takes the filter's steps from the covariance of the first row once more.
-    fn go_forward(&mut self, mut p: Covariance, rows: &[usize], steps: &[Step]) {
-        self.covariances.clear();
-        self.observations.clear();
-        let ends = rows[1..].iter().copied().chain([steps.len()]);
-        for (&start, end) in rows.iter().zip(ends) {
-            self.covariances.push(p.clone());
+/// Repeats the filter's operations from the covariance of the first row of a window on.
+struct Replay<'a> {
+    window: &'a mut Window,
+    covariance: Covariance,
+    rows: &'a [usize],
+    steps: &'a [Step],
+}
+
+impl WithSimd for Replay<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { window, covariance: mut p, rows, steps } = self;
+        window.covariances.clear();
+        window.observations.clear();
+        for (row, &start) in rows.iter().enumerate() {
+            let end = if row + 1 < rows.len() { rows[row + 1] } else { steps.len() };
+            window.covariances.push(p.clone());
             for step in &steps[start..end] {
                 match step {
-                    Step::Transition(transition, noise) => {
-                        p.predict(transition, noise);
-                    }
+                    Step::Transition(transition, noise) => p.predict(simd, transition, noise),
                     Step::Inflate(block, variance) => p.add_variance(*block, *variance),
-                    Step::Couple(m) => p.add_transformed(Block::Attitude, Block::AccelBias, m),
-                    Step::Observation(observed) => {
-                        self.observations.push(Observation::again(observed));
-                        self.observations.last_mut().into_iter().for_each(|one| p.replay(one));
+                    Step::Couple(m) => {
+                        p.add_transformed(simd, Block::Attitude, Block::AccelBias, m);
+                    }
+                    Step::Observation(measurement) => {
+                        window.observations.push(Observation::replay(measurement));
+                        if let Some(observation) = window.observations.last_mut() {
+                            p.replay(simd, observation);
+                        }
                     }
                     Step::ResetBlock(block, variances) => p.reset_block(*block, variances),
                 }
@@ -169,9 +190,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::detectors::detector::Decision;
     use crate::filter::error_state::{ErrorStates, STATES};
-    use crate::ins::strapdown::Step as StrapdownStep;
+    use crate::ins::strapdown::StrapdownStep;
+    use crate::math::simd::Baseline;
     use crate::types::health::Flags;
     use crate::types::nav_state::NavState;
     use crate::types::solution::Estimate;
@@ -189,7 +210,7 @@ mod tests {
     #[derive(Clone, Debug)]
     struct Move {
         step: StrapdownStep,
-        tie: Option<Matrix3<f64>>,
+        coupling: Option<Matrix3<f64>>,
         block: Block,
         axis: Option<usize>,
         reading: Vector3<f64>,
@@ -216,7 +237,7 @@ mod tests {
             prop::option::of(0_usize..3),
             vectors(-1.0..1.0),
         )
-            .prop_map(|(force, turn, tie, block, axis, reading)| Move {
+            .prop_map(|(force, turn, coupling, block, axis, reading)| Move {
                 step: StrapdownStep {
                     dt: 0.1,
                     velocity_increment_n: 0.1 * force,
@@ -224,7 +245,7 @@ mod tests {
                         .to_rotation_matrix()
                         .into_inner(),
                 },
-                tie: tie.map(|v| crate::math::rotation::cross_matrix(&v)),
+                coupling: coupling.map(|v| crate::math::rotation::cross_matrix(&v)),
                 block,
                 axis,
                 reading: SMALL * reading,
@@ -256,11 +277,10 @@ mod tests {
             attitude: UnitQuaternion::from_scaled_axis(part(6)),
         };
         let estimate = Estimate { nav, gyro_bias: part(9), accel_bias: part(12) };
-        let decision = Decision { stationary: true, statistic: 0.0, threshold: 0.0 };
         Solution {
             estimate,
             position_std: Vector3::zeros(),
-            zero_velocity: decision.stationary,
+            zero_velocity: true,
             flags: Flags::empty(),
         }
     }
@@ -289,10 +309,10 @@ mod tests {
         for step in moves {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
             let f = dense_of(|states| {
-                if let Some(m) = &step.tie {
-                    states.add_transformed(Block::Attitude, Block::AccelBias, m);
+                if let Some(m) = &step.coupling {
+                    states.add_transformed(Baseline, Block::Attitude, Block::AccelBias, m);
                 }
-                transition.apply(states);
+                transition.apply(Baseline, states);
             });
             (x, p) = (f * x, f * p * f.transpose() + Dense::identity() * NOISE);
             let predicted = (x, p);
@@ -346,25 +366,27 @@ mod tests {
         };
         for (step, row) in moves.iter().zip(rows) {
             let transition = Transition::new(&step.step, &Vector3::new(0.0, 0.02, 0.03));
-            if let Some(m) = &step.tie {
-                p.add_transformed(Block::Attitude, Block::AccelBias, m);
-                segment.couple(m);
+            if let Some(m) = &step.coupling {
+                p.add_transformed(Baseline, Block::Attitude, Block::AccelBias, m);
+                segment.couple(Baseline, m);
             }
-            p.predict(&transition, &noise);
-            segment.transition(&transition, &noise);
+            p.predict(Baseline, &transition, &noise);
+            segment.transition(Baseline, &transition, &noise);
             p.add_variance(Block::Position, NOISE);
             segment.inflate(Block::Position, NOISE);
             x = row.f * x;
             let first = BLOCK_SIZE * Block::ALL.iter().position(|&b| b == step.block).unwrap();
             let innovation = step.reading - x.fixed_rows::<3>(first);
-            let (_, observation) = match step.axis {
-                None => p.observe(step.block, &innovation, NOISE, f64::INFINITY),
+            let (r, mut used) = (Matrix3::from_diagonal_element(NOISE), None);
+            match step.axis {
+                None => p.observe(Baseline, step.block, &innovation, &r, f64::INFINITY, &mut used),
                 Some(axis) => {
-                    p.observe_axis(step.block, axis, innovation[axis], NOISE, f64::INFINITY)
+                    let (state, innovation) = ((step.block, axis), innovation[axis]);
+                    p.observe_axis(Baseline, state, innovation, NOISE, f64::INFINITY, &mut used)
                 }
             };
-            let observation = observation.unwrap();
-            segment.observation(&observation);
+            let observation = used.unwrap();
+            segment.observation(Baseline, &observation);
             x += flat(&observation.errors());
             segment.push(&p);
             solutions.push(solution(&x));
@@ -375,7 +397,7 @@ mod tests {
     fn smooth(mut segment: Segment, mut solutions: Vec<Solution>) -> Vec<Solution> {
         while segment.len() > 0 {
             let open = segment.len();
-            segment.smooth_chunk(solutions[..open].iter_mut().rev());
+            segment.smooth_window(Baseline, solutions[..open].iter_mut().rev());
         }
         solutions
     }
@@ -402,7 +424,7 @@ mod tests {
         }
 
         #[test]
-        fn nothing_comes_back_over_what_was_forgotten(moves in moves()) {
+        fn later_samples_do_not_smooth_over_a_reset(moves in moves()) {
             let rows = dense_filter(&moves, States::zeros(), Dense::identity());
             let (mut alone, mut followed) = (Segment::default(), Segment::default());
             let filtered = walk(&mut alone, &moves, &rows);

@@ -16,7 +16,7 @@ pub(crate) fn whole_hertz(rate_hz: f64) -> Result<f64, ConfigError> {
     Err(ConfigError::OutOfRange {
         key: "rate_hz",
         value: rate_hz.to_string(),
-        expected: "between 20 and 20000 samples per second",
+        expected: "between 20 and 20000 samples per second".into(),
     })
 }
 

@@ -61,7 +61,8 @@ impl RowBuffer {
         }
     }
 
-    /// Number of rows that are not handed over.
+    /// Number of rows that are not appended.
+    #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.rows
     }

@@ -397,6 +397,13 @@ def test_trembling_is_refused():
         calibrate_gyro(replace(recording, gyro=trembling))
 
 
+def test_a_rest_with_missing_samples_is_refused():
+    recording = resting()
+    t = recording.t + np.where(np.arange(len(recording)) < 300, 0.0, 1.5)
+    with pytest.raises(DataError, match=r"rest.csv: not at rest: samples are missing at 2\.5\d s"):
+        calibrate_gyro(Recording(t, recording.accel, recording.gyro, name="rest.csv"))
+
+
 def test_a_rest_that_is_too_short_is_refused():
     recording = resting()
     brief = Recording(recording.t[:50], recording.accel[:50], recording.gyro[:50], name="brief.csv")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from footnav.capture import Block, Guide, Plan, Setup, Stage
-from footnav.capture.stillness import Stillness
+from footnav.capture.rest_detection import RestMonitor
 from footnav.errors import ConfigError
 from poses import RATE, blocks, counts, tilts
 
@@ -165,10 +165,10 @@ def test_a_sensor_that_reads_nothing_has_no_side_up():
 
 
 def test_samples_that_are_missing_are_not_rest():
-    still = Stillness()
+    monitor = RestMonitor()
     t = np.delete(np.arange(200) / RATE, slice(50, 100))
-    windows = list(still.feed(Block.from_counts(t, counts([("+z", 1.0)])[: len(t)], Setup())))
-    assert [window.still for window in windows] == [True, False, True, True]
+    windows = list(monitor.feed(Block.from_counts(t, counts([("+z", 1.0)])[: len(t)], Setup())))
+    assert [window.at_rest for window in windows] == [True, False, True, True]
     assert sum(window.duration for window in windows) == pytest.approx(t[-1], abs=0.2)
 
 

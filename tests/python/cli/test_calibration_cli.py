@@ -84,7 +84,7 @@ def test_registers_are_kept_with_the_calibration(run, poses):
             (*RANGES[:3], 999.5, "--dlpf-cfg", 2, "--smplrt-div", 4),
             "--gyro-range is 999.5; an MPU6050 has whole ones",
         ),
-        (("--gravity", 99), "mechanization.gravity = 99: expected between 9.0 and 10.5"),
+        (("--gravity", 99), "mechanization.gravity = 99: expected between 9 and 10.5"),
     ],
 )
 def test_options_that_are_impossible_are_misuse(run, poses, options, text):

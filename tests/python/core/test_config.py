@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -24,11 +25,12 @@ from footnav.config import (
     Output,
     Sensor,
 )
-from footnav.detectors import AdaptiveShoe, MagnitudeVariance, Shoe
+from footnav.detectors import AdaptiveShoe, Detector, MagnitudeVariance, Shoe
 from footnav.errors import ConfigError, FootnavError
+from footnav.settings import by_kind
 
 PRESETS = ("mpu6050", "mti-g710", "stim300", "ngimu", "vn100")
-DETECTORS = {"adaptive-shoe": AdaptiveShoe, "shoe": Shoe, "magnitude-variance": MagnitudeVariance}
+DETECTORS = by_kind(get_args(Detector))
 SECTIONS = {
     name: type(getattr(Config(), name)) for name in Config.__struct_fields__ if name != "detector"
 }

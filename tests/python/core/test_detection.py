@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from footnav.detectors import (
     AccelerationMagnitude,
     AdaptiveShoe,
     AngularRateEnergy,
+    Detector,
     GraphTheoretic,
     MagnitudeDebounced,
     MagnitudeVariance,
@@ -25,19 +27,9 @@ from footnav.detectors import (
 )
 from footnav.errors import ConfigError
 from footnav.health import Flag
+from footnav.settings import by_kind
 
-DETECTORS = {
-    "adaptive-shoe": AdaptiveShoe(),
-    "shoe": Shoe(),
-    "magnitude-variance": MagnitudeVariance(),
-    "windowed-energies": WindowedEnergies(),
-    "magnitude-debounced": MagnitudeDebounced(),
-    "three-condition": ThreeCondition(),
-    "angular-rate-energy": AngularRateEnergy(),
-    "moving-variance": MovingVariance(),
-    "acceleration-magnitude": AccelerationMagnitude(),
-    "graph-theoretic": GraphTheoretic(),
-}
+DETECTORS = {kind: settings() for kind, settings in by_kind(get_args(Detector)).items()}
 WINDOWED = [
     detector for detector in DETECTORS.values() if not isinstance(detector, MagnitudeDebounced)
 ]

@@ -65,7 +65,7 @@ def test_covariance_of_a_stride_is_one(tracked: Trajectory) -> None:
 def test_strides_are_not_kept_unasked(recording: Recording) -> None:
     """The default track has the same strides without covariance, and a stream raises."""
     assert track(recording).strides.covariance is None
-    with pytest.raises(ConfigError, match=r"strides are not kept: set output\.strides = true"):
+    with pytest.raises(ConfigError, match=r"strides are not tracked: set output\.strides = true"):
         Navigator().strides()
 
 

@@ -1,7 +1,7 @@
 //! The hot kernel: the prediction of the covariance and its reduction by an observation.
 //!
-//! Everything here is inlined by force into the two functions that [`crate::lanes`] compiles for
-//! each kind of lanes; a call that is left over would run on the wrong instructions.
+//! Everything here is inlined by force into the two functions that [`crate::math::simd`]
+//! compiles for each instruction set; a call that is left over would run on the wrong instructions.
 //!
 //! The prediction applies the five shears of [`super::transition`] and adds the process noise in
 //! one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction `P -
@@ -13,11 +13,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::filter::error_state::{BLOCKS, Block};
-use crate::filter::transition::Noise;
+use crate::filter::process_noise::Noise;
 use crate::math::block_matrix::{
     Block3, BlockReg, BroadcastMatrix, BroadcastVector, Upper, at, load, load_at,
 };
-use crate::math::simd::{Lanes, Work, dispatch};
+use crate::math::simd::{F64x4, Simd};
 
 /// One transition, and the variance that each block gains in it.
 pub(crate) struct Prediction<'a> {
@@ -44,12 +44,12 @@ const F: usize = Block::AccelBias.index();
 /// block on the diagonal gains `G + Gᵀ`, where G is made of the mean of another block before and
 /// after the shear.
 #[inline(always)]
-pub(crate) fn predict<L: Lanes>(p: &mut Upper, prediction: &Prediction<'_>) {
+pub(crate) fn predict<S: Simd>(_: S, p: &mut Upper, prediction: &Prediction<'_>) {
     let Prediction { half, tilt, bias, noise } = prediction;
-    let shears = Shears::<L>::new(*half, tilt, bias);
+    let shears = Shears::<S>::new(*half, tilt, bias);
     let accel_bias = shears.move_column(p, F);
     let gain = shears.gain_of_accel_bias(&accel_bias);
-    add_noise::<L>(p, F, noise.accel_bias);
+    add_noise::<S>(p, F, noise.accel_bias);
     let p = compiler_barrier(p);
     let attitude = shears.move_column(p, A);
     let gain = shears.plus_gain_of_attitude(&gain, &attitude);
@@ -58,7 +58,7 @@ pub(crate) fn predict<L: Lanes>(p: &mut Upper, prediction: &Prediction<'_>) {
     shears.move_own(p, &gain, noise);
     let p = compiler_barrier(p);
     shears.turn_row(p, noise);
-    add_noise::<L>(p, W, noise.gyro_bias);
+    add_noise::<S>(p, W, noise.gyro_bias);
     let p = compiler_barrier(p);
     shears.turn_column(p);
 }
@@ -71,29 +71,29 @@ fn compiler_barrier(p: &mut Upper) -> &mut Upper {
 }
 
 #[inline(always)]
-fn add_noise<L: Lanes>(p: &mut Upper, block: usize, variance: f64) {
+fn add_noise<S: Simd>(p: &mut Upper, block: usize, variance: f64) {
     let own = &mut p[at(block, block)];
-    load::<L>(own).plus_diagonal(variance).store(own);
+    load::<S>(own).add_to_diagonal(variance).store(own);
 }
 
 /// The numbers of a transition, each in all places of a vector.
-struct Shears<L> {
-    half: L,
-    tilt: BroadcastVector<L>,
-    bias: BroadcastMatrix<L>,
+struct Shears<S: Simd> {
+    half: S::F64x4,
+    tilt: BroadcastVector<S>,
+    bias: BroadcastMatrix<S>,
 }
 
 /// The blocks of position and velocity in a column.
-struct Moving<L> {
-    position: BlockReg<L>,
-    velocity: BlockReg<L>,
+struct Moving<S: Simd> {
+    position: BlockReg<S>,
+    velocity: BlockReg<S>,
 }
 
-impl<L: Lanes> Shears<L> {
+impl<S: Simd> Shears<S> {
     #[inline(always)]
     fn new(half: f64, tilt: &Vector3<f64>, bias: &Matrix3<f64>) -> Self {
         Self {
-            half: L::splat(half),
+            half: S::F64x4::splat(half),
             tilt: BroadcastVector::new(tilt),
             bias: BroadcastMatrix::new(bias),
         }
@@ -101,67 +101,67 @@ impl<L: Lanes> Shears<L> {
 
     /// What the velocity's rows gain from those of attitude and accelerometer's bias.
     #[inline(always)]
-    fn gain(&self, attitude: BlockReg<L>, accel_bias: BlockReg<L>) -> BlockReg<L> {
-        self.tilt.cross(attitude).plus_spread_product(&self.bias, accel_bias)
+    fn gain(&self, attitude: BlockReg<S>, accel_bias: BlockReg<S>) -> BlockReg<S> {
+        self.tilt.cross(attitude).add_broadcast_product(&self.bias, accel_bias)
     }
 
     /// The position's rows after the velocity's changed.
     #[inline(always)]
     fn led_on(
         &self,
-        position: BlockReg<L>,
-        before: BlockReg<L>,
-        after: BlockReg<L>,
-    ) -> BlockReg<L> {
-        position.plus_scaled(self.half, before).plus_scaled(self.half, after)
+        position: BlockReg<S>,
+        before: BlockReg<S>,
+        after: BlockReg<S>,
+    ) -> BlockReg<S> {
+        position.add_broadcast_scaled(self.half, before).add_broadcast_scaled(self.half, after)
     }
 
     /// Position and velocity move in the column of another block.  Returns what they are while the
     /// velocity gains: the mean of its own before and after, and the position between its two
     /// halves.
     #[inline(always)]
-    fn move_column(&self, p: &mut Upper, column: usize) -> Moving<L> {
+    fn move_column(&self, p: &mut Upper, column: usize) -> Moving<S> {
         let gain = self.gain(load_at(p, A, column), load_at(p, F, column));
-        let before = load_at::<L>(p, V, column);
-        let after = before.plus(1.0, gain);
-        let position = load_at::<L>(p, P, column).plus_scaled(self.half, before);
+        let before = load_at::<S>(p, V, column);
+        let after = before.add_scaled(1.0, gain);
+        let position = load_at::<S>(p, P, column).add_broadcast_scaled(self.half, before);
         after.store(&mut p[at(V, column)]);
-        position.plus_scaled(self.half, after).store(&mut p[at(P, column)]);
-        Moving { position, velocity: before.plus_scaled(L::splat(0.5), gain) }
+        position.add_broadcast_scaled(self.half, after).store(&mut p[at(P, column)]);
+        Moving { position, velocity: before.add_broadcast_scaled(S::F64x4::splat(0.5), gain) }
     }
 
     /// What the velocity's row gains in the columns of position and velocity from that of the
     /// accelerometer's bias.
     #[inline(always)]
-    fn gain_of_accel_bias(&self, column: &Moving<L>) -> Moving<L> {
+    fn gain_of_accel_bias(&self, column: &Moving<S>) -> Moving<S> {
         Moving {
-            position: self.bias.times(column.position.transpose()),
-            velocity: self.bias.times(column.velocity.transpose()),
+            position: self.bias.mul(column.position.transpose()),
+            velocity: self.bias.mul(column.velocity.transpose()),
         }
     }
 
     /// The same from that of the attitude, too.
     #[inline(always)]
-    fn plus_gain_of_attitude(&self, gain: &Moving<L>, column: &Moving<L>) -> Moving<L> {
+    fn plus_gain_of_attitude(&self, gain: &Moving<S>, column: &Moving<S>) -> Moving<S> {
         Moving {
-            position: gain.position.plus_cross(&self.tilt, column.position.transpose()),
-            velocity: gain.velocity.plus_cross(&self.tilt, column.velocity.transpose()),
+            position: gain.position.add_cross(&self.tilt, column.position.transpose()),
+            velocity: gain.velocity.add_cross(&self.tilt, column.velocity.transpose()),
         }
     }
 
     /// Position and velocity move in their own columns, where the velocity's row has this gain from
     /// all others.
     #[inline(always)]
-    fn move_own(&self, p: &mut Upper, gain: &Moving<L>, noise: &Noise) {
-        let own = gain.velocity.plus_transpose();
-        let before = load_at::<L>(p, V, V);
-        let after = before.plus(1.0, own);
-        after.plus_diagonal(noise.velocity).store(&mut p[at(V, V)]);
+    fn move_own(&self, p: &mut Upper, gain: &Moving<S>, noise: &Noise) {
+        let own = gain.velocity.add_transpose();
+        let before = load_at::<S>(p, V, V);
+        let after = before.add_scaled(1.0, own);
+        after.add_to_diagonal(noise.velocity).store(&mut p[at(V, V)]);
 
-        let cross = load_at::<L>(p, P, V);
-        let moved = self.led_on(cross.plus(1.0, gain.position.transpose()), before, after);
-        moved.plus_diagonal(noise.position_velocity).store(&mut p[at(P, V)]);
-        self.move_position(p, cross.plus(1.0, moved), own, noise.position);
+        let cross = load_at::<S>(p, P, V);
+        let moved = self.led_on(cross.add_scaled(1.0, gain.position.transpose()), before, after);
+        moved.add_to_diagonal(noise.position_velocity).store(&mut p[at(P, V)]);
+        self.move_position(p, cross.add_scaled(1.0, moved), own, noise.position);
     }
 
     /// The position moves in its own column.
@@ -174,28 +174,29 @@ impl<L: Lanes> Shears<L> {
     fn move_position(
         &self,
         p: &mut Upper,
-        crosses: BlockReg<L>,
-        velocity_gain: BlockReg<L>,
+        crosses: BlockReg<S>,
+        velocity_gain: BlockReg<S>,
         variance: f64,
     ) {
-        let moved = load_at::<L>(p, P, P).plus_scaled(self.half, crosses.plus_transpose());
-        let moved = moved.minus_scaled(self.half.times(self.half), velocity_gain);
-        moved.plus_diagonal(variance).store(&mut p[at(P, P)]);
+        let moved = load_at::<S>(p, P, P).add_broadcast_scaled(self.half, crosses.add_transpose());
+        let moved = moved.sub_broadcast_scaled(self.half.mul(self.half), velocity_gain);
+        moved.add_to_diagonal(variance).store(&mut p[at(P, P)]);
     }
 
     /// The attitude turns in its own row.
     #[inline(always)]
     fn turn_row(&self, p: &mut Upper, noise: &Noise) {
-        let gain = self.bias.times(load_at(p, W, W));
-        let before = load_at::<L>(p, A, W);
-        before.plus(1.0, gain).store(&mut p[at(A, W)]);
-        let own = self.bias.times(before.plus_scaled(L::splat(0.5), gain).transpose());
-        load_at::<L>(p, A, A)
+        let gain = self.bias.mul(load_at(p, W, W));
+        let before = load_at::<S>(p, A, W);
+        before.add_scaled(1.0, gain).store(&mut p[at(A, W)]);
+        let own =
+            self.bias.mul(before.add_broadcast_scaled(S::F64x4::splat(0.5), gain).transpose());
+        load_at::<S>(p, A, A)
             .add_symmetrized(own)
-            .plus_diagonal(noise.attitude)
+            .add_to_diagonal(noise.attitude)
             .store(&mut p[at(A, A)]);
-        load_at::<L>(p, A, F)
-            .plus_spread_product(&self.bias, load_at(p, W, F))
+        load_at::<S>(p, A, F)
+            .add_broadcast_product(&self.bias, load_at(p, W, F))
             .store(&mut p[at(A, F)]);
     }
 
@@ -205,7 +206,7 @@ impl<L: Lanes> Shears<L> {
     fn turn_column(&self, p: &mut Upper) {
         let bias = self.bias.transposed();
         for row in [V, P] {
-            load_at::<L>(p, row, A).plus_product(&p[at(row, W)], bias).store(&mut p[at(row, A)]);
+            load_at::<S>(p, row, A).add_product(&p[at(row, W)], bias).store(&mut p[at(row, A)]);
         }
     }
 }
@@ -215,71 +216,57 @@ pub(crate) type Columns = [Block3; BLOCKS];
 
 /// X becomes F X.
 #[inline(always)]
-pub(crate) fn move_columns<L: Lanes>(
+pub(crate) fn move_columns<S: Simd>(
+    _: S,
     x: &mut Columns,
     half: f64,
     tilt: &Vector3<f64>,
     bias: &Matrix3<f64>,
 ) {
-    let shears = Shears::<L>::new(half, tilt, bias);
+    let shears = Shears::<S>::new(half, tilt, bias);
     let [position, velocity, attitude, gyro_bias, accel_bias] = x;
     let before = load(velocity);
-    let after = before.plus(1.0, shears.gain(load(attitude), load(accel_bias)));
+    let after = before.add_scaled(1.0, shears.gain(load(attitude), load(accel_bias)));
     shears.led_on(load(position), before, after).store(position);
     after.store(velocity);
-    load(attitude).plus_spread_product(&shears.bias, load(gyro_bias)).store(attitude);
+    load(attitude).add_broadcast_product(&shears.bias, load(gyro_bias)).store(attitude);
 }
 
 /// X becomes (I - K H) X, which is `X - Vᵀ L⁻¹ H X`, where the whitener is the lower triangle L⁻¹
 /// and the block b is observed.
 #[inline(always)]
-pub(crate) fn reduce_columns<L: Lanes>(
+pub(crate) fn reduce_columns<S: Simd>(
+    _: S,
     x: &mut Columns,
     b: usize,
     whitener: &Matrix3<f64>,
     WhitenedGain(gain): &WhitenedGain,
 ) {
-    let lost = BlockReg::<L>::zero().plus(-1.0, load(&x[b]).times_lower(&whitener.into()));
+    let lost = BlockReg::<S>::zero().add_scaled(-1.0, load(&x[b]).lower_mul(&whitener.into()));
     for (block, gain) in x.iter_mut().zip(gain) {
-        load(block).plus_transposed_product(gain, lost).store(block);
+        load(block).add_transposed_product(gain, lost).store(block);
     }
 }
 
 /// The states of the block `target` gain `m` times those of `source`, another block.
-#[inline]
-pub(crate) fn shear(p: &mut Upper, target: usize, source: usize, m: &Matrix3<f64>) {
-    dispatch(Shear { p, target, source, m: &m.into() });
-}
-
-struct Shear<'a> {
-    p: &'a mut Upper,
-    target: usize,
-    source: usize,
-    m: &'a Block3,
-}
-
-impl Work for Shear<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { p, target, source, m } = self;
-        let half = load_at::<L>(p, target, source)
-            .plus_product(&load::<L>(m).halved(), load(&p[at(source, source)]));
-        let own = BlockReg::<L>::zero().plus_product(&half.stored(), load(m).transpose());
-        for k in 0..BLOCKS {
-            let gain = BlockReg::<L>::zero().plus_product(m, load_at(p, source, k));
-            if k > target {
-                let block = &mut p[at(target, k)];
-                load(block).plus(1.0, gain).store(block);
-            } else if k < target {
-                let block = &mut p[at(k, target)];
-                load(block).plus(1.0, gain.transpose()).store(block);
-            }
+#[inline(always)]
+pub(crate) fn shear<S: Simd>(_: S, p: &mut Upper, target: usize, source: usize, m: &Matrix3<f64>) {
+    let m = &m.into();
+    let half = load_at::<S>(p, target, source)
+        .add_product(&load::<S>(m).half(), load(&p[at(source, source)]));
+    let own = BlockReg::<S>::zero().add_product(&half.to_block(), load(m).transpose());
+    for k in 0..BLOCKS {
+        let gain = BlockReg::<S>::zero().add_product(m, load_at(p, source, k));
+        if k > target {
+            let block = &mut p[at(target, k)];
+            load(block).add_scaled(1.0, gain).store(block);
+        } else if k < target {
+            let block = &mut p[at(k, target)];
+            load(block).add_scaled(1.0, gain.transpose()).store(block);
         }
-        let block = &mut p[at(target, target)];
-        load(block).add_symmetrized(own).store(block);
     }
+    let block = &mut p[at(target, target)];
+    load(block).add_symmetrized(own).store(block);
 }
 
 /// What an observation of one block changes: `V = L⁻¹ P_b`, a row of blocks.
@@ -289,7 +276,11 @@ pub(crate) struct WhitenedGain(pub(crate) [Block3; BLOCKS]);
 impl WhitenedGain {
     /// Adds Wᵀ λ to `white`.
     #[inline]
-    pub(crate) fn add_seen(&self, costate: &[Vector3<f64>; BLOCKS], white: &mut Vector3<f64>) {
+    pub(crate) fn add_gain_transposed(
+        &self,
+        costate: &[Vector3<f64>; BLOCKS],
+        white: &mut Vector3<f64>,
+    ) {
         for (part, Block3(rows)) in costate.iter().zip(&self.0) {
             for (white, row) in white.iter_mut().zip(rows) {
                 *white += row[0] * part.x + row[1] * part.y + row[2] * part.z;
@@ -304,7 +295,8 @@ pub(crate) type Errors = [[f64; 4]; BLOCKS];
 /// P becomes P - Vᵀ V, where the whitener is the lower triangle L⁻¹ and b the observed block; V is
 /// left in `gain`, and the errors Vᵀ y that the whitened innovation y tells of in `errors`.
 #[inline(always)]
-pub(crate) fn reduce<L: Lanes>(
+pub(crate) fn reduce<S: Simd>(
+    _: S,
     p: &mut Upper,
     b: usize,
     whitener: &Matrix3<f64>,
@@ -314,13 +306,13 @@ pub(crate) fn reduce<L: Lanes>(
 ) {
     let whitener = &whitener.into();
     for (k, (block, errors)) in gain.iter_mut().zip(errors).enumerate() {
-        let v = load_at::<L>(p, b, k).times_lower(whitener);
+        let v = load_at::<S>(p, b, k).lower_mul(whitener);
         v.store(block);
-        v.combined(y).store(errors);
+        v.transposed_mul(y).store(errors);
     }
     let [pp, pv, pa, pw, pf, vv, va, vw, vf, aa, aw, af, ww, wf, ff] = &mut p.0;
     let [gp, gv, ga, gw, gf] = &*gain;
-    let [rp, rv, ra, rw, rf] = [load::<L>(gp), load(gv), load(ga), load(gw), load(gf)];
+    let [rp, rv, ra, rw, rf] = [load::<S>(gp), load(gv), load(ga), load(gw), load(gf)];
     reduce_row(gp, [rp, rv], [pp, pv]);
     reduce_row(gv, [rv], [vv]);
     reduce_row(gp, [ra, rw, rf], [pa, pw, pf]);
@@ -333,16 +325,20 @@ pub(crate) fn reduce<L: Lanes>(
 /// Blocks side by side lose the products `leftᵀ right`.  They are at most three: so many of `right`
 /// stay in registers, and each number of `left` is spread over a vector once for all of them.
 #[inline(always)]
-fn reduce_row<L: Lanes, const N: usize>(
+fn reduce_row<S: Simd, const N: usize>(
     left: &Block3,
-    right: [BlockReg<L>; N],
+    right: [BlockReg<S>; N],
     mut blocks: [&mut Block3; N],
 ) {
     for k in 0..3 {
-        let [x, y, z] = left.spread_column::<L>(k);
+        let [x, y, z] = left.broadcast_column::<S>(k);
         for (BlockReg([a, b, c]), block) in right.iter().zip(&mut blocks) {
             let row = &mut block.0[k];
-            L::load(row).minus_times(x, *a).minus_times(y, *b).minus_times(z, *c).store(row);
+            S::F64x4::load(row)
+                .sub_product_of(x, *a)
+                .sub_product_of(y, *b)
+                .sub_product_of(z, *c)
+                .store(row);
         }
     }
 }
@@ -357,7 +353,7 @@ mod tests {
         BLOCK, Dense, difference, matrices, positive, shear, upper,
     };
     use crate::math::rotation::cross_matrix;
-    use crate::math::simd::Baseline;
+    use crate::math::simd::{Baseline, on_best_instruction_set};
 
     fn assert_diagonal_blocks_are_symmetric(upper: &Upper) {
         for i in 0..BLOCKS {
@@ -365,42 +361,9 @@ mod tests {
         }
     }
 
-    struct Predicting<'a> {
-        p: &'a mut Upper,
-        prediction: Prediction<'a>,
-    }
-
-    impl Work for Predicting<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn run<L: Lanes>(self) {
-            predict::<L>(self.p, &self.prediction);
-        }
-    }
-
-    struct Reduction<'a> {
-        p: &'a mut Upper,
-        b: usize,
-        whitener: &'a Matrix3<f64>,
-        y: &'a Vector3<f64>,
-        gain: &'a mut WhitenedGain,
-        errors: &'a mut Errors,
-    }
-
-    impl Work for Reduction<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn run<L: Lanes>(self) {
-            let Self { p, b, whitener, y, gain, errors } = self;
-            reduce::<L>(p, b, whitener, y, gain, errors);
-        }
-    }
-
     proptest! {
         #[test]
-        fn the_prediction_is_the_dense_congruence_on_any_lanes(
+        fn the_prediction_is_the_dense_congruence_on_any_instruction_set(
             dense in positive(),
             half in 0.001..0.5,
             tilt in [-2.0..2.0, -2.0..2.0, -2.0..2.0],
@@ -413,8 +376,8 @@ mod tests {
             let noise = Noise { position, velocity, attitude, gyro_bias, accel_bias, position_velocity };
             let prediction = Prediction { half, tilt, bias: &bias, noise: &noise };
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
-            predict::<Baseline>(&mut baseline, &prediction);
-            dispatch(Predicting { p: &mut best, prediction });
+            predict(Baseline, &mut baseline, &prediction);
+            on_best_instruction_set!(simd => predict(simd, &mut best, &prediction));
             let half_way = shear(Position, Velocity, &Matrix3::from_diagonal_element(half));
             let f = shear(Attitude, GyroBias, &bias)
                 * half_way * shear(Velocity, AccelBias, &bias) * shear(Velocity, Attitude, &cross_matrix(&tilt)) * half_way;
@@ -431,13 +394,13 @@ mod tests {
         }
 
         #[test]
-        fn the_reduction_is_the_dense_product_on_any_lanes(dense in positive(), b in 0..BLOCKS, whitener in matrices()) {
+        fn the_reduction_is_the_dense_product_on_any_instruction_set(dense in positive(), b in 0..BLOCKS, whitener in matrices()) {
             let whitener = 0.3 * whitener.lower_triangle();
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             let (mut gain, mut errors) = (WhitenedGain::default(), Errors::default());
             let y = &Vector3::new(0.1, -0.2, 0.3);
-            reduce::<Baseline>(&mut baseline, b, &whitener, y, &mut gain, &mut errors);
-            dispatch(Reduction { p: &mut best, b, whitener: &whitener, y, gain: &mut gain, errors: &mut errors });
+            reduce(Baseline, &mut baseline, b, &whitener, y, &mut gain, &mut errors);
+            on_best_instruction_set!(simd => reduce(simd, &mut best, b, &whitener, y, &mut gain, &mut errors));
             let v = whitener * dense.fixed_rows::<BLOCK>(BLOCK * b);
             let expected = dense - v.transpose() * v;
             for reduced in [best, baseline] {

@@ -7,7 +7,7 @@ import math
 import threading
 from collections.abc import Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args, get_type_hints
 
 import msgspec
 import numpy as np
@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 
-class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+Vector: TypeAlias = tuple[float, float, float]
+Matrix: TypeAlias = tuple[Vector, Vector, Vector]
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A group of settings."""
 
     def replace(self, **changes: Any) -> Self:
@@ -27,13 +33,13 @@ class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         return msgspec.structs.replace(self, **changes)
 
 
-S = TypeVar("S", bound=Section)
+S = TypeVar("S", bound=Settings)
 
 _CONVERTING = threading.Lock()
 """msgspec finds out about a type when it is converted to for the first time, which two threads must not do at once."""
 
 
-def encode(settings: Section | dict[str, Any]) -> bytes:
+def encode(settings: Settings | dict[str, Any]) -> bytes:
     """Return settings as JSON for the core.
 
     Raises
