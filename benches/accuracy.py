@@ -7,13 +7,14 @@ left.  DIR holds
 
     vicon/*.npz        t, accel, gyro and the true position of each sample; SI units
     openshoe/*.npz     t, accel, gyro of walks that end where they began
-    mpu6050/*.csv      raw counts of an MPU6050 on each foot, conf-ABCD: indices of the ranges of accelerometer and
-                       gyroscope, left and then right; walks that end where they began
+    mpu6050/*.csv      raw counts of an MPU6050 on each foot, conf-ABCD: indices of the ranges
+                       of accelerometer and gyroscope, left and then right; walks that end
+                       where they began
     xio/*.csv          an NGIMU's file of a walk that ends where it began
 
 and a set that is not there is left out.  Under motion capture the figures are the ARMSE of Wagstaff
 et al. 2019 and the RMS of the height; for the others, the distance between start and end, in
-percent of the way.
+percent of the distance.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ CONFIGURATIONS = {
     ),
     "clipped samples as any other": without(filter={"clipped_noise_factor": 1.0}),
     "innovation gate of 16": without(filter={"chi2_gate": 16.0}),
-    "innovation gate of 16, never insists": without(
+    "innovation gate of 16, no force-accept": without(
         filter={"chi2_gate": 16.0, "rejection_limit": 1e9}
     ),
     "no innovation gate": without(filter={"chi2_gate": 1e12}),
@@ -199,7 +200,7 @@ def score(walk: Walk, config: Config) -> dict[str, float]:
 
 
 def against(truth: NDArray[np.float64], position: NDArray[np.float64]) -> dict[str, float]:
-    """Return the errors against the truth, m, starts joined and yaw aligned 0.8 m away from the start.
+    """Return the errors against the truth, m: starts joined, yaw aligned 0.8 m from the start.
 
     As in Wagstaff et al. 2019 a track that stays nearer is aligned at its sample 300, not at its
     farthest one as `footnav.evaluate` does.

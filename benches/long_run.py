@@ -71,7 +71,7 @@ def _held() -> float:
 
 
 def _compare(walk: Recording, samples: int) -> None:
-    """Compare the statistic after all samples with that of a detector that begins near their end."""
+    """Compare the last statistic with that of a detector that begins near the end."""
     end = Recording(*_rows(walk, np.arange(samples - LAST, samples)))
     whole = Recording(*_rows(walk, np.arange(samples)))
     for kind in ("shoe", "magnitude-variance"):

@@ -1,4 +1,4 @@
-"""P3: Abdulrahim, Moore, Hide, Hill, "Understanding the Performance of Zero Velocity Updates in MEMS-based ..."."""
+"""P3: Abdulrahim, Moore, Hide, Hill, on zero velocity updates in MEMS-based navigation."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ SMOOTHERS = (
 
 
 def indoors() -> Route:
-    """Return the way up four floors by stairs, around a loop, down by lift, and back to the start."""
+    """Return the route up four floors by stairs, around a loop, down by lift, and to the start."""
     stairs = Route.stairs(FLOORS, RISERS, RISER, TREAD).waypoints
     x, y, top = stairs[-1].position
     length, width = LOOP
@@ -141,7 +141,7 @@ def indoors() -> Route:
 
 
 def experiments() -> tuple[Experiment, ...]:
-    """Return the way indoors, clipped as by the paper's sensor and with ranges that hold the foot."""
+    """Return the indoor route, clipped as by the paper's sensor, and with sufficient ranges."""
     gait = gait_at(SPEED, rest_before=REST + 1.0)
     clipped, wide = (Simulated(indoors(), gait, sensor, RATE_HZ) for sensor in (CLIPPING, WIDE))
     length = _length(indoors())

@@ -100,9 +100,9 @@ Measure: TypeAlias = Callable[["Trajectory", Walk], float]
 
 def closing_error(track: Trajectory, walk: Walk) -> float:
     """Return how far the end of a track lies from that of the truth in the horizontal plane, m."""
-    way = track.position[-1] - track.position[0]
-    true_way = np.zeros(3) if walk.truth is None else walk.truth[-1] - walk.truth[0]
-    return float(np.hypot(*(way - true_way)[:2]))
+    displacement = track.position[-1] - track.position[0]
+    true_displacement = np.zeros(3) if walk.truth is None else walk.truth[-1] - walk.truth[0]
+    return float(np.hypot(*(displacement - true_displacement)[:2]))
 
 
 def armse(track: Trajectory, walk: Walk) -> float:
@@ -178,7 +178,7 @@ class Experiment:
 
 
 def gait_at(speed: float, **changes: float) -> Gait:
-    """Return a gait for a speed; corners are rounded on the way.
+    """Return a gait for a speed; corners are rounded.
 
     Up to 2 m/s stride length and cadence share the change of speed equally; from there on it is a
     slow jog with a stride of 0.9 s, since a simulated foot that runs faster is accelerated more

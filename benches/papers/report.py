@@ -13,7 +13,7 @@ from footnav.files import replacing
 if TYPE_CHECKING:
     from papers.run import Outcome
 
-RANGES_UNKNOWN = "the filter is not told the ranges"
+RANGES_UNKNOWN = "the filter does not know the ranges"
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):

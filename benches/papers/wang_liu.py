@@ -1,4 +1,4 @@
-"""P2: Wang, Liu, Sun, Cai, Cheng 2019, on heading calibration by accelerometer attitude, Electronics 8(12):1405."""
+"""P2: Wang, Liu, Sun, Cai, Cheng 2019, heading calibration, Electronics 8(12):1405."""
 
 from footnav.config import Alignment, Config, Mechanization
 from footnav.detectors import WindowedEnergies

@@ -1,4 +1,4 @@
-"""P1: Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial Sensors"."""
+"""P1: Wu, Lu, Chen, on foot-mounted personal navigation with MEMS inertial sensors."""
 
 import math
 

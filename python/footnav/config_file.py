@@ -63,7 +63,7 @@ def save_settings(settings: Settings, path: str | PathLike[str]) -> None:
 
 
 def _readable(error: msgspec.ValidationError) -> str:
-    """Say a message such as "Expected `float`, got `str` - at `$.filter.rest_rate`" with the setting first."""
+    """Return a message of msgspec, "Expected `float` - at `$.filter.x`", with the setting first."""
     text, _, place = str(error).partition(" - at `$.")
     return f"{place.rstrip('`')}: {text}" if place else text
 

@@ -78,7 +78,7 @@ class Evaluation:
                 f"  height         {self.height_rms:.3f} m RMS",
                 f"  in space       {self.rmse_3d:.3f} m RMS, {self.max:.3f} m at most",
                 f"  at the end     {end.horizontal:.3f} m ({self.percent_of_distance:.2f} % of "
-                "the way) horizontal, "
+                "the distance) horizontal, "
                 f"{end.vertical:+.3f} m vertical, {end.spatial:.3f} m in space",
             ]
         )

@@ -98,15 +98,15 @@ class Summary:
 
     def __str__(self) -> str:
         """Write the summary as a small table."""
-        way, share = self.closing, self.closing_percent
+        closing, share = self.closing, self.closing_percent
         lines = [
             f"{self.name or 'track'}: {self.samples:,} samples, {self.duration:.2f} s at "
             f"{self.rate_hz:.1f} Hz",
             f"  distance       {self.distance:.2f} m in {self.strides} strides, "
             f"{self.stride_length:.2f} m each, {self.cadence:.1f} a minute",
-            f"  start to end   {way.horizontal:.3f} m ({share.horizontal:.2f} %) horizontal, "
-            f"{way.vertical:+.3f} m ({share.vertical:+.2f} %) vertical, "
-            f"{way.spatial:.3f} m ({share.spatial:.2f} %) in space",
+            f"  start to end   {closing.horizontal:.3f} m ({share.horizontal:.2f} %) horizontal, "
+            f"{closing.vertical:+.3f} m ({share.vertical:+.2f} %) vertical, "
+            f"{closing.spatial:.3f} m ({share.spatial:.2f} %) in space",
             f"  heights        {self.lowest:.2f} m to {self.highest:.2f} m where the foot stood",
             f"  zero velocity  {100 * self.zero_velocity_share:.1f} % of the samples",
             f"  greatest speed {self.greatest_speed:.2f} m/s",

@@ -76,13 +76,13 @@ def summary_table(summaries: Sequence[Summary]) -> Table:
     """
     table = _table("walk", "distance", "strides", "start to end", "height", "one sigma", "health")
     for summary in summaries:
-        way, share = summary.closing, summary.closing_percent
+        closing, share = summary.closing, summary.closing_percent
         table.add_row(
             Text(summary.name),
             f"{summary.distance:.2f} m",
             f"{summary.strides}",
-            f"{way.horizontal:.2f} m ({share.horizontal:.1f} %)",
-            f"{way.vertical:+.2f} m",
+            f"{closing.horizontal:.2f} m ({share.horizontal:.1f} %)",
+            f"{closing.vertical:+.2f} m",
             f"{summary.horizontal_std:.2f} m",
             summary.health.status.value if summary.health else "",
         )

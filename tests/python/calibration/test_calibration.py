@@ -1,4 +1,4 @@
-"""Calibration: simulated sensors with known errors get them back, and what cannot be calibrated is refused."""
+"""Calibration recovers the errors of simulated sensors, and rejects unsuitable recordings."""
 
 from dataclasses import replace
 
@@ -453,7 +453,10 @@ def test_one_pose_gives_the_change_of_the_bias_only():
 def test_a_temperature_outside_the_span_is_refused_with_both_numbers():
     recording = warmed([[0, 0, 1]], WARMING, BIAS, SCALE, GYRO_BIAS)
     found = calibrate_temperature(recording)
-    text = r"hot.csv: gyroscope: sample 0: the temperature is 60.0 degC, but the calibration holds from 8.6 to 40.6"
+    text = (
+        r"hot.csv: gyroscope: sample 0: the temperature is 60.0 degC, but the calibration holds "
+        r"from 8.6 to 40.6"
+    )
     with pytest.raises(DataError, match=text):
         found.replace(accel=None).apply(
             replace(recording, name="hot.csv", temperature=np.full(3000, 60.0))

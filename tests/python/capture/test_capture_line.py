@@ -241,7 +241,7 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
     assert decode(*lines)[0].losses == LossCounters(missing=998)
 
 
-# What the device complains of
+# Faults of the device
 
 
 @pytest.mark.parametrize(

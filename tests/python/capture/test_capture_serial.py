@@ -200,7 +200,7 @@ def real_time_lines(
     stamp: int = 0,
     at: float = 0.0,
 ) -> list[tuple[float, bytes]]:
-    """Lines of a board whose clock runs at `rate`, four in a piece, that arrive in real time, and late."""
+    """Lines of a board whose clock runs at `rate`, in pieces of four, in real time and late."""
     header, *lines = stream([AT_REST] * samples, stamp, interval=round(5000 * rate))
     pieces = [
         (at + INTERVAL * (k + 3) + late(k), b"".join(lines[k : k + 4]))

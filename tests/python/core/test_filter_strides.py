@@ -117,8 +117,10 @@ def test_one_stride_has_the_numbers_of_its_row(tracked: Trajectory) -> None:
         )
         assert stride.duration == strides.duration[k] > 0.5
         np.testing.assert_array_equal(stride.local, strides.local[k])
-        way = np.exp(1j * stride.start_heading) * complex(*stride.local[:2])
-        np.testing.assert_allclose([way.real, way.imag], stride.displacement[:2], atol=1e-12)
+        displacement = np.exp(1j * stride.start_heading) * complex(*stride.local[:2])
+        np.testing.assert_allclose(
+            [displacement.real, displacement.imag], stride.displacement[:2], atol=1e-12
+        )
     # A foot walks where its toes point: along x of the frame of its stride.
     assert np.median(strides.local[:, 0] / strides.length) > 0.95
     with pytest.raises(ValueError, match="read-only"):
@@ -160,7 +162,7 @@ def test_parts_compute_their_strides_again(tracked: Trajectory) -> None:
     ],
 )
 def test_strides_of_another_track_are_refused(tracked: Trajectory, change: Any) -> None:
-    """Nobody carries strides on to rows that they do not fit."""
+    """Strides of other rows are rejected."""
     message = "filter_strides do not lie between rows of this track: leave them out to compute them"
     with pytest.raises(DataError, match=message):
         dataclasses.replace(tracked, **change(tracked))
@@ -185,11 +187,16 @@ def test_errors_of_real_strides_agree_with_their_covariance(data_dir: Path) -> N
             rec, place = Recording(truth["t"], truth["accel"], truth["gyro"]), truth["position"]
         strides = track(rec, KEPT).strides
         assert strides.covariance is not None
-        way = place[strides.end_index] - place[strides.start_index]
+        displacement = place[strides.end_index] - place[strides.start_index]
         ahead = strides.local[:, :2] / strides.length[:, None]
         sigma = np.sqrt(np.einsum("ki,kij,kj->k", ahead, strides.covariance[:, :2, :2], ahead))
         ratios.append(
-            np.sqrt(np.mean(((np.hypot(way[:, 0], way[:, 1]) - strides.length) / sigma) ** 2))
+            np.sqrt(
+                np.mean(
+                    ((np.hypot(displacement[:, 0], displacement[:, 1]) - strides.length) / sigma)
+                    ** 2
+                )
+            )
         )
     assert 0.4 < np.median(ratios) < 1.2
     assert max(ratios) < 3

@@ -29,7 +29,7 @@ def walk():
 
 
 def interrupt_as_it_begins(monkeypatch, name):
-    """Let control-C be pressed just before the core begins, and return a list of what it completed nevertheless.
+    """Simulate control-C just before the core begins; return a list of completed calls.
 
     All of it is one call of the interpreter, which cannot check for interrupts itself.
     """

@@ -44,7 +44,7 @@ COLUMNS = (
 
 @pytest.fixture(scope="module")
 def walk():
-    """Return a walk of 160 m without a magnetometer, and the rotation from n to the sensor at each of its samples."""
+    """Return a walk of 160 m without magnetometer, and the rotation n to b of each sample."""
     recording, truth = simulate(
         [[0, 0], [40, 0], [40, 40], [0, 40], [0, 0]], sensor="ideal", rate_hz=RATE, seed=1
     )
@@ -54,7 +54,7 @@ def walk():
 
 
 def with_field(walk, turned_deg=0.0, strength=1.0):
-    """Return the walk with a magnetometer in a field turned about the vertical and stretched, at each sample."""
+    """Return the walk with a magnetometer in a field turned about the vertical and stretched."""
     recording, to_sensor = walk
     turned = Rotation.from_rotvec(
         np.outer(np.radians(turned_deg * np.ones(len(recording))), [0, 0, 1])
@@ -217,7 +217,10 @@ def test_the_heading_is_recovered_after_a_gap(walk):
 
 
 def test_without_a_magnetometer_the_error_has_a_remedy(walk):
-    cure = r"magnetometer\.heading is set, but there is no reading.*hand its readings over.*or leave the setting out"
+    cure = (
+        r"magnetometer\.heading is set, but there is no reading.*hand its readings over.*"
+        r"or leave the setting out"
+    )
     with pytest.raises(DataError, match=f"simulated 1: {cure}"):
         track(walk[0], HELD)
     with pytest.raises(DataError, match=cure):

@@ -1,4 +1,4 @@
-"""Streaming: the numbers of the batch in any chunking, late by a fixed number of samples, and never corrupted."""
+"""Streaming: the numbers of the batch in any chunking, with a fixed latency."""
 
 import dataclasses
 import io
@@ -42,7 +42,7 @@ CONFIGS = {
 
 
 def walk():
-    """Return stamps, specific force and angular rate of rest, four swings of a foot, and rest, with white noise.
+    """Return stamps, force and rate of rest, four swings of a foot, and rest, with white noise.
 
     Exact in single precision, so that the same walk can be given as float32.
     """
@@ -548,7 +548,7 @@ def test_a_concurrent_call_raises_and_changes_nothing():
 
     It always comes at the wrong moment.
     """
-    complaints = []
+    errors = []
 
     class Nosy:
         latency = 0
@@ -563,7 +563,7 @@ def test_a_concurrent_call_raises_and_changes_nothing():
                     BusyError, match=r"another call is at work.*its own navigator"
                 ) as error:
                     attempt()
-                complaints.append(error)
+                errors.append(error)
             return False
 
         def reset(self):
@@ -572,7 +572,7 @@ def test_a_concurrent_call_raises_and_changes_nothing():
     navigator = Navigator(rate_hz=RATE, detector=Nosy())
     samples = [column[:5] for column in walk()]
     assert len(navigator.push_block(*samples)) == 5
-    assert len(complaints) == 15
+    assert len(errors) == 15
     assert navigator.health.counters.samples == 5
 
 

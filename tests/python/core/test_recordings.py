@@ -47,7 +47,7 @@ def mpu6050_pairs(folder):
 
 
 def armse(states, truth):
-    """Return the mean of sqrt((dx^2 + dy^2) / 2), m, starts joined and yaw aligned 0.8 m away from the start.
+    """Return the ARMSE, m: starts joined, yaw aligned 0.8 m from the start.
 
     Wagstaff et al. 2019; a track that stays nearer is aligned at its sample 300.
     """
@@ -64,7 +64,7 @@ def armse(states, truth):
 
 
 def horizontal_closing(states):
-    """Return the horizontal distance from start to end, m, and in percent of the way."""
+    """Return the horizontal distance from start to end, m, and in percent of the distance."""
     error = np.hypot(*(states.position[-1] - states.position[0])[:2])
     return error, 100 * error / path_length(states.t, states.position)
 

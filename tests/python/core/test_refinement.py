@@ -107,7 +107,7 @@ class TestFilterKinds:
         assert unaided > 10 * stopped
 
     def test_its_uncertainty_covers_dead_reckoning(self, walks):
-        """Within three sigma, which for a steady error of the tilt no more than nine of ten walks can miss."""
+        """Within three sigma on all axes, in at least eight of the walks."""
         inside = 0
         for recording, truth in walks:
             states = track(recording, dead_reckoning())
@@ -308,7 +308,7 @@ class TestFineLevelling:
     """The second stage of the alignment."""
 
     def test_it_levels_better_than_the_coarse_step(self):
-        """Six seconds of a tilted, noisy sensor at rest, whose accelerometer's bias is known to be small."""
+        """Six seconds of a tilted, noisy sensor at rest with a small prior accelerometer bias."""
         mounting = Rotation.from_euler("xyz", [0.2, -0.1, 0.0])
         up = mounting.inv().apply([0, 0, 1])
         settings = Config(
@@ -344,7 +344,7 @@ class TestFineLevelling:
 
 
 class TestAttitudeUpdates:
-    """A foot at rest whose computed roll is off by two degrees, since its accelerometer was shaken at the start."""
+    """A foot at rest whose roll is off by two degrees after shaking at the start."""
 
     def tilted(self, update):
         still = np.zeros((600, 3))

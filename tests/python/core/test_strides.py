@@ -1,4 +1,4 @@
-"""Strides: the detector's flags joined into stances, and the way between them."""
+"""Strides: the detector's flags joined into stances, and the displacement between them."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -53,7 +53,7 @@ def slow_stances(t: Any, flag: Any) -> list[tuple[int, int]]:
 
 
 def test_strides_of_a_known_walk() -> None:
-    """Number, way, times and indices are those that the walk was made with."""
+    """Number, displacement, times and indices are those that the walk was made with."""
     traj = walk()
     strides = traj.strides
     assert len(strides) == 40
@@ -107,7 +107,7 @@ def test_stances_agree_with_their_definition(flags: list[tuple[bool, int]], rate
 
 @pytest.mark.parametrize("clock", [0.0, 1.7e9])
 def test_limits_do_not_depend_on_the_clock(clock: float) -> None:
-    """A motion of exactly the longest length that is bridged parts two stances, whatever the stamps' offset."""
+    """A motion of exactly the longest bridged duration separates two stances, at any offset."""
     flag = np.array([True] * 4 + [False] * 9 + [True] * 4)
     first, last = find_stances(clock + np.arange(17) / 100, flag)
     assert (first.tolist(), last.tolist()) == ([0, 13], [3, 16])
@@ -126,7 +126,7 @@ def test_standing_still_makes_no_slow_stride() -> None:
 
 
 @pytest.mark.parametrize(
-    ("way", "counted"),
+    ("displacement", "counted"),
     [
         ((SHORTEST_STRIDE * 0.98, 0, 0), 0),
         ((SHORTEST_STRIDE * 1.02, 0, 0), 1),
@@ -135,9 +135,9 @@ def test_standing_still_makes_no_slow_stride() -> None:
         ((0.04, 0.04, 0), 1),
     ],
 )
-def test_shuffles_are_not_counted(way: tuple[float, float, float], counted: int) -> None:
+def test_shuffles_are_not_counted(displacement: tuple[float, float, float], counted: int) -> None:
     """A stride goes somewhere: along, up or down."""
-    assert len(find_strides(*hops(np.array([[0, 0, 0], way], float)))) == counted
+    assert len(find_strides(*hops(np.array([[0, 0, 0], displacement], float)))) == counted
 
 
 @pytest.mark.parametrize("flag", [np.zeros(0, bool), np.zeros(50, bool), np.ones(50, bool)])
@@ -155,7 +155,7 @@ def test_strides_are_read_only() -> None:
 
 
 def test_strides_of_real_walks_add_up_to_the_path(data_dir: Path) -> None:
-    """Under motion capture, strides between true rests are as long as the path sampled every half second."""
+    """Under motion capture, the strides between rests are as long as the path sampled at 2 Hz."""
     ratios = []
     for file in sorted((data_dir / "vicon").glob("*.npz")):
         with np.load(file) as recording:

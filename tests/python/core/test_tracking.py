@@ -446,11 +446,11 @@ level_or_plumb = st.floats(-np.pi, np.pi).map(
 def test_a_push_gives_the_displacement_that_it_is_the_second_integral_of(
     mounting, way, length, seed
 ):
-    """Within five sigma of what the accelerometer's noise adds up to over the push and the alignment.
+    """Within five sigma of the accelerometer's noise, integrated over push and alignment.
 
     Along an incline the specific force of a push without rotation may for a while have the
-    magnitude of gravity, which no inertial sensor can distinguish from rest on a slope.  The example
-    brakes with twice gravity on its way up.
+    magnitude of gravity, which no inertial sensor can distinguish from rest on a slope.  The
+    example brakes with twice gravity as it rises.
     """
     rate, duration, sensor = 200.0, 0.5, Sensor()
     t = np.arange(int(4.5 * rate)) / rate

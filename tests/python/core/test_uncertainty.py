@@ -60,7 +60,7 @@ def sensor_as_configured(sensor):
 
 
 def normalized_error(seed):
-    """Return the error of the position at the end of a walk, each axis in its standard deviations."""
+    """Return the position error at the end of a walk, each axis in standard deviations."""
     sensor = sensor_as_configured(UNCALIBRATED.sensor)
     recording, truth = simulate(
         ROUTES[seed % len(ROUTES)], GAITS[seed % len(GAITS)], sensor, seed, rate_hz=100.0
@@ -73,7 +73,7 @@ def normalized_error(seed):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::footnav.FootnavWarning")
 def test_normalized_error_squared_of_200_walks_lies_in_its_chi_square_band():
-    """The mean of 200 sums of three squares, between the 2.5 % and the 97.5 % point of chi-square with 600 degrees."""
+    """The mean of 200 sums of three squares is within the 95 % interval of chi-square (600)."""
     with ThreadPoolExecutor() as pool:
         squares = np.square(list(pool.map(normalized_error, range(WALKS))))
     low, high = chi2.ppf([0.025, 0.975], 3 * WALKS) / WALKS
@@ -97,7 +97,7 @@ def vicon(data_dir):
 
 
 def share_within_three_sigma(walks, config):
-    """Return the share of samples at which all three axes are within three standard deviations of the truth."""
+    """Return the share of samples with all three axes within three standard deviations."""
     inside = []
     for recording, truth in walks:
         states = track(recording, config)
@@ -132,7 +132,7 @@ def walk():
     smoother=st.sampled_from(["none", "stepwise", "rts"]),
 )
 def test_a_larger_uncertainty_does_not_change_the_track(walk, shared, gyro, accel, smoother):
-    """What is not filtered but considered changes the standard deviations of the position and nothing else."""
+    """Consider states change the standard deviations of the position and nothing else."""
     base = Config(filter=Filter(zupt_correlation=0.0), smoother=Smoother(kind=smoother))
     wide = base.replace(
         filter=base.filter.replace(zupt_correlation=shared),
@@ -148,7 +148,7 @@ def test_a_larger_uncertainty_does_not_change_the_track(walk, shared, gyro, acce
 
 
 def test_scale_errors_inflate_with_the_displacement(walk):
-    """An accelerometer that is wrong by 2 % puts the foot 2 % of its distance from the start elsewhere."""
+    """An accelerometer scale error of 2 % gives a position error of 2 % of the distance."""
     states = track(walk, Config(sensor=Sensor(accel_scale_std=0.02)))
     plain = track(walk)
     away = np.linalg.norm(states.position, axis=1, keepdims=True)

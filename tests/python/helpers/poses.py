@@ -60,7 +60,7 @@ def counts(
 
 
 def _turn(start: np.ndarray, end: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what points up and the angular rate while the sensor turns smoothly, both along its own axes."""
+    """Return the up vector and the angular rate of a smooth turn, along the sensor's axes."""
     axis = np.cross(start, end)
     angle = np.arctan2(np.linalg.norm(axis), start @ end)
     if np.linalg.norm(axis) < 1e-6:

@@ -133,7 +133,7 @@ def test_any_number_round_trips_through_csv(
 
 
 def test_ned_is_a_rotation_of_the_vectors(traj: Trajectory, tmp_path: Path) -> None:
-    """What points somewhere in ENU points to the same place in NED, seen from the sensor as well."""
+    """Vectors in ENU have the same direction in NED, in the sensor frame as well."""
     mounting = Rotation.from_euler("xyz", [0.3, -0.7, 1.1])
     traj = dataclasses.replace(
         traj, quaternion=(Rotation.from_quat(traj.quaternion) * mounting).as_quat()

@@ -82,14 +82,17 @@ def test_canonical_file_at_rest_and_slow_is_in_si(write):
         lambda lines: "".join(line + ",\n" for line in lines).encode(),
         lambda lines: "".join([lines[0] + "\n", *(line + ", \n" for line in lines[1:])]).encode(),
         lambda lines: ",\n".join([*lines, ""]).rstrip("\n").encode(),
-        lambda lines: "\n".join(["# made by a logger", "", lines[0], "#a note", *lines[1:], "# end", ""]).encode(),
+        lambda lines: "\n".join(
+            ["# made by a logger", "", lines[0], "#a note", *lines[1:], "# end", ""]
+        ).encode(),
         lambda lines: "\n".join(["# " + lines[0], *lines[1:]]).encode(),
         lambda lines: "\n".join(["Logger 3.1", "Serial,0042", *lines]).encode(),
         lambda lines: "\n".join(re.sub("[^,]+", r'"\g<0>"', line) for line in lines).encode(),
         lambda lines: "\n".join(line.replace(",", " , ") for line in lines).encode(),
     ],
     ids=[
-        "lf", "crlf", "blank lines", "cr", "bom", "utf-16", "trailing delimiter", "trailing delimiter in rows",
+        "lf", "crlf", "blank lines", "cr", "bom", "utf-16", "trailing delimiter",
+        "trailing delimiter in rows",
         "trailing delimiter, no newline", "comments", "savetxt header", "preamble", "quotes", "padded",
     ],
 )  # fmt: skip

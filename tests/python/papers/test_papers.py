@@ -60,7 +60,7 @@ def test_p1_is_within_its_limit_and_diverges_unaided() -> None:
 
 
 def test_p2_without_the_gyros_bias_is_as_wrong_as_the_paper_and_iaa_is_no_cure() -> None:
-    """Trial 5: tens of metres, which IAA does not bring down to the paper's 4 m but a rest at the start nearly does."""
+    """Trial 5: tens of metres; IAA does not reach the paper's 4 m, a rest at the start nearly."""
     found = outcomes("P2", lambda experiment: experiment.title.startswith("trial 5"))
     figure = {approach: outcome.median for (_, approach), outcome in found.items()}
     assert 15 < figure["ZUPT"] < 120
@@ -269,7 +269,7 @@ def test_recordings_are_clipped(tmp_path: Path) -> None:
 
 
 def test_real_recordings_keep_the_order_of_dead_reckoning(data_dir: Path) -> None:
-    """On closed walks that were clipped afterwards the corrections help, each more than the one before."""
+    """On closed walks clipped afterwards, each correction improves on the one before."""
     found = {
         outcome.approach.name: outcome for outcome in run(abdulrahim.recorded(data_dir)[:1], 1)
     }
