@@ -63,28 +63,26 @@ CONFIGURATIONS = {
     DEFAULT: Config(),
     "fixed threshold (1e4)": Config(detector=Shoe(threshold=1e4)),
     "fixed threshold (3e4)": Config(detector=Shoe(threshold=3e4)),
-    "no contrast": without(detector={"max_fraction": 1.0}),
-    "no floor": without(detector={"noise_floor": 0.0}),
-    "no ceiling": without(detector={"upper_bound": 1e12}),
-    "foot rolls about nothing": without(filter={"contact_rate": 0.0}),
-    "zero velocities all alike": without(filter={"zupt_lever_std": 0.0}),
+    "no max_fraction": without(detector={"max_fraction": 1.0}),
+    "no noise_floor": without(detector={"noise_floor": 0.0}),
+    "no upper_bound": without(detector={"upper_bound": 1e12}),
+    "no lever arm": without(filter={"contact_rate": 0.0}),
+    "no zupt_lever_std": without(filter={"zupt_lever_std": 0.0}),
     "no zero-angular-rate update": without(filter={"zero_angular_rate": False}),
-    "rest at the start believed": without(sensor={"gyro_bias_std": 0.5}),
-    "noise of the sensor alone": without(
-        filter={"specific_force_noise": 0.0, "angular_rate_noise": 0.0}
-    ),
-    "clipped samples as any other": without(filter={"clipped_noise_factor": 1.0}),
-    "innovation gate of 16": without(filter={"chi2_gate": 16.0}),
-    "innovation gate of 16, no force-accept": without(
+    "gyro_bias_std of 0.5 rad/s": without(sensor={"gyro_bias_std": 0.5}),
+    "sensor noise only": without(filter={"specific_force_noise": 0.0, "angular_rate_noise": 0.0}),
+    "no clipped_noise_factor": without(filter={"clipped_noise_factor": 1.0}),
+    "chi2_gate of 16": without(filter={"chi2_gate": 16.0}),
+    "chi2_gate of 16, no rejection_limit": without(
         filter={"chi2_gate": 16.0, "rejection_limit": 1e9}
     ),
-    "no innovation gate": without(filter={"chi2_gate": 1e12}),
+    "no chi2_gate": without(filter={"chi2_gate": 1e12}),
     "single-sample mechanization": without(mechanization={"kind": "single-sample"}),
     "first-order mechanization": without(mechanization={"kind": "first-order"}),
-    "velocity corrected alone": without(filter={"kind": "dr"}),
-    "with the step-wise smoother": Config(smoother=Smoother(kind="stepwise")),
-    "with the RTS smoother": Config(smoother=Smoother(kind="rts")),
-    "live: 0.275 s late": Config(detector=AdaptiveShoe.live()),
+    "velocity reset only (dr)": without(filter={"kind": "dr"}),
+    "step-wise smoother": Config(smoother=Smoother(kind="stepwise")),
+    "RTS smoother": Config(smoother=Smoother(kind="rts")),
+    "live: 0.275 s latency": Config(detector=AdaptiveShoe.live()),
 }
 
 
