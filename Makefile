@@ -6,11 +6,15 @@ BIN := $(VENV)/bin
 RUST := $(shell find rust benches -name '*.rs') $(wildcard tests/rust/*.rs) Cargo.toml Cargo.lock rustfmt.toml
 PACKAGE := $(shell find python -name '*.py' -o -name '*.pyi' -o -name py.typed) pyproject.toml README.md
 
-.PHONY: demo test lint format settings rust-test python-test instructions docs bench clean
+.PHONY: demo papers test lint format settings rust-test python-test instructions docs bench clean
 
 ## Simulates an MPU6050 walk, tracks it, and leaves the results in demo/
 demo: $(VENV)/installed
 	$(BIN)/footnav demo --out demo
+
+## Repeats the experiments of the four papers; the figures are left in target/papers.json
+papers: $(VENV)/installed
+	$(BIN)/python benches/papers.py --json target/papers.json
 
 ## Everything that CI runs
 test: lint rust-test python-test instructions docs

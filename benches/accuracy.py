@@ -1,17 +1,20 @@
-"""What each ingredient of the default configuration is worth: ``python benches/accuracy.py --data DIR [OPTIONS]``.
+"""Effect of each ingredient of the default configuration.
+
+``python benches/accuracy.py --data DIR [OPTIONS]``.
 
 One ingredient at a time is taken out, or one added, and all recordings are tracked with what is
 left.  DIR holds
 
     vicon/*.npz        t, accel, gyro and the true position of each sample; SI units
     openshoe/*.npz     t, accel, gyro of walks that end where they began
-    mpu6050/*.csv      raw counts of an MPU6050 on each foot, conf-ABCD: indices of the ranges of accelerometer and
-                       gyroscope, left and then right; walks that end where they began
+    mpu6050/*.csv      raw counts of an MPU6050 on each foot, conf-ABCD: indices of the ranges
+                       of accelerometer and gyroscope, left and then right; walks that end
+                       where they began
     xio/*.csv          an NGIMU's file of a walk that ends where it began
 
 and a set that is not there is left out.  Under motion capture the figures are the ARMSE of Wagstaff
 et al. 2019 and the RMS of the height; for the others, the distance between start and end, in
-percent of the way.
+percent of the distance.
 """
 
 from __future__ import annotations
@@ -29,9 +32,11 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track as progress
 
-from footnav import AdaptiveShoe, Config, FootnavWarning, Recording, Shoe, Smoother, read, track
+from footnav import Config, FootnavWarning, Recording, read, track
+from footnav.config import Smoother
+from footnav.detectors import AdaptiveShoe, Shoe
 from footnav.evaluation import YAW_DISTANCE, path_length
-from footnav.trajectory import Displacement
+from footnav.summary import Displacement
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +49,10 @@ DEFAULT = "default"
 
 
 def without(**settings: Any) -> Config:
-    """Return the default configuration with some settings of its sections changed: ``filter={"kind": "dr"}``."""
+    """Return the default configuration with some settings of its sections changed.
+
+    ``filter={"kind": "dr"}``.
+    """
     base = Config()
     return base.replace(
         **{name: getattr(base, name).replace(**changes) for name, changes in settings.items()}
@@ -55,41 +63,39 @@ CONFIGURATIONS = {
     DEFAULT: Config(),
     "fixed threshold (1e4)": Config(detector=Shoe(threshold=1e4)),
     "fixed threshold (3e4)": Config(detector=Shoe(threshold=3e4)),
-    "no contrast": without(detector={"max_fraction": 1.0}),
-    "no floor": without(detector={"noise_floor": 0.0}),
-    "no ceiling": without(detector={"upper_bound": 1e12}),
-    "foot rolls about nothing": without(filter={"contact_rate": 0.0}),
-    "zero velocities all alike": without(filter={"zupt_lever_std": 0.0}),
+    "no max_fraction": without(detector={"max_fraction": 1.0}),
+    "no noise_floor": without(detector={"noise_floor": 0.0}),
+    "no upper_bound": without(detector={"upper_bound": 1e12}),
+    "no lever arm": without(filter={"contact_rate": 0.0}),
+    "no zupt_lever_std": without(filter={"zupt_lever_std": 0.0}),
     "no zero-angular-rate update": without(filter={"zero_angular_rate": False}),
-    "rest at the start believed": without(sensor={"gyro_bias_std": 0.5}),
-    "noise of the sensor alone": without(
-        filter={"specific_force_noise": 0.0, "angular_rate_noise": 0.0}
-    ),
-    "clipped samples as any other": without(filter={"clipped_noise_factor": 1.0}),
-    "innovation gate of 16": without(filter={"chi2_gate": 16.0}),
-    "innovation gate of 16, never insists": without(
+    "gyro_bias_std of 0.5 rad/s": without(sensor={"gyro_bias_std": 0.5}),
+    "sensor noise only": without(filter={"specific_force_noise": 0.0, "angular_rate_noise": 0.0}),
+    "no clipped_noise_factor": without(filter={"clipped_noise_factor": 1.0}),
+    "chi2_gate of 16": without(filter={"chi2_gate": 16.0}),
+    "chi2_gate of 16, no rejection_limit": without(
         filter={"chi2_gate": 16.0, "rejection_limit": 1e9}
     ),
-    "no innovation gate": without(filter={"chi2_gate": 1e12}),
+    "no chi2_gate": without(filter={"chi2_gate": 1e12}),
     "single-sample mechanization": without(mechanization={"kind": "single-sample"}),
     "first-order mechanization": without(mechanization={"kind": "first-order"}),
-    "velocity corrected alone": without(filter={"kind": "dr"}),
-    "with the step-wise smoother": Config(smoother=Smoother(kind="stepwise")),
-    "with the RTS smoother": Config(smoother=Smoother(kind="rts")),
-    "live: 0.275 s late": Config(detector=AdaptiveShoe.live()),
+    "velocity reset only (dr)": without(filter={"kind": "dr"}),
+    "step-wise smoother": Config(smoother=Smoother(kind="stepwise")),
+    "RTS smoother": Config(smoother=Smoother(kind="rts")),
+    "live: 0.275 s latency": Config(detector=AdaptiveShoe.live()),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """A recording and what is known of the way.
+    """A recording and its truth.
 
     Attributes
     ----------
     group : str
         The set that it counts for.
     recording : Recording
-        What the sensor read.
+        The samples.
     truth : ndarray of shape (n, 3) or None
         Position of each sample, m; without it the walk ends where it began.
     """
@@ -192,7 +198,7 @@ def score(walk: Walk, config: Config) -> dict[str, float]:
 
 
 def against(truth: NDArray[np.float64], position: NDArray[np.float64]) -> dict[str, float]:
-    """Return the errors against the truth, m, starts joined and yaw aligned 0.8 m away from the start.
+    """Return the errors against the truth, m: starts joined, yaw aligned 0.8 m from the start.
 
     As in Wagstaff et al. 2019 a track that stays nearer is aligned at its sample 300, not at its
     farthest one as `footnav.evaluate` does.
@@ -210,7 +216,10 @@ def against(truth: NDArray[np.float64], position: NDArray[np.float64]) -> dict[s
 
 
 def summary(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Mean, 90th percentile and maximum under motion capture; medians for the walks that are closed."""
+    """Mean, 90th percentile and maximum under motion capture.
+
+    Medians for the walks that are closed.
+    """
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     if "armse" not in columns:
         return {key: float(np.median(values)) for key, values in columns.items()}

@@ -27,11 +27,11 @@ ROOT = ACCEPTED.parent.parent
 TOLERANCE = 0.03
 DETECTORS = ("shoe", "default")
 KERNELS = {"plain": "plain", "avx2": ""}
-"""What FOOTNAV_KERNEL says for each."""
+"""Value of FOOTNAV_KERNEL for each."""
 
 
 def main() -> int:
-    """Count, compare, and say how it went as the exit status."""
+    """Count and compare; return the exit status."""
     parser = argparse.ArgumentParser(description="Count the instructions of one fixed walk.")
     parser.add_argument(
         "--accept", action="store_true", help="make the counts of now those to compare with"

@@ -32,7 +32,7 @@ def main() -> None:
     millions = parser.parse_args().millions
     walk, _ = footnav.simulate(
         [[0, 0], [20, 0], [20, 20], [0, 20], [0, 0]],
-        sensor=footnav.SensorErrors.preset("mpu6050"),
+        sensor=footnav.simulation.SensorErrors.preset("mpu6050"),
         seed=1,
     )
     navigator = Navigator(rate_hz=walk.rate_hz)
@@ -58,7 +58,10 @@ def _rows(walk: Recording, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _held() -> float:
-    """Return the memory that the process holds now, bytes; the most that it ever held where that is not known."""
+    """Return the memory that the process holds now, bytes.
+
+    The most that it ever held where that is not known.
+    """
     status = Path("/proc/self/statm")
     if status.exists():
         return int(status.read_text().split()[1]) * resource.getpagesize()
@@ -68,7 +71,7 @@ def _held() -> float:
 
 
 def _compare(walk: Recording, samples: int) -> None:
-    """Compare the statistic after all samples with that of a detector that begins near their end."""
+    """Compare the last statistic with that of a detector that begins near the end."""
     end = Recording(*_rows(walk, np.arange(samples - LAST, samples)))
     whole = Recording(*_rows(walk, np.arange(samples)))
     for kind in ("shoe", "magnitude-variance"):

@@ -6,10 +6,8 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use footnav::config::{DetectorConfig, ShoeConfig, SmootherConfig, SmootherKind};
-use footnav::detectors::decide_all;
-use footnav::filter::covariance::Covariance;
-use footnav::filter::error_state::Block;
-use footnav::filter::transition::{Noise, Transition};
+use footnav::decide_all;
+use footnav::filter::bench::Step;
 use footnav::ins::strapdown::{Increments, MechanizationKind, Strapdown, StrapdownStep};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::types::nav_state::NavState;
@@ -71,56 +69,42 @@ fn detectors(criterion: &mut Criterion) {
 }
 
 /// A fully populated covariance.
-fn propagated_covariance() -> (Covariance, Transition, Noise) {
-    let mut p = Covariance::zero();
-    for block in Block::ALL {
-        p.add_variance(block, 0.01);
-    }
+fn propagated_covariance() -> Step {
     let step = StrapdownStep {
         dt: 1.0 / RATE,
         velocity_increment_n: Vector3::new(1.0, 2.0, 9.8) / RATE,
         attitude: Matrix3::identity(),
     };
-    let transition = Transition::new(&step, &Vector3::zeros());
-    let noise = Noise {
-        position: 1e-9,
-        velocity: 1e-5,
-        attitude: 1e-7,
-        gyro_bias: 1e-10,
-        accel_bias: 1e-8,
-        ..Noise::default()
-    };
-    for _ in 0..5 {
-        p.predict(&transition, &noise);
-    }
-    (p, transition, noise)
+    let mut step = Step::new(&step, [0.1; 5], [2e-3, 2e-5, 2e-8, 2e-6]);
+    (0..5).for_each(|_| step.predict());
+    step
 }
 
 fn prediction(criterion: &mut Criterion) {
-    let (p, transition, noise) = propagated_covariance();
+    let step = propagated_covariance();
     let mut group = criterion.benchmark_group("prediction");
     group.bench_function("blocks", |bencher| {
         bencher.iter_batched_ref(
-            || p.clone(),
-            |p| black_box(p).predict(&transition, &noise),
+            || step.clone(),
+            |step| black_box(step).predict(),
             BatchSize::SmallInput,
         );
     });
     group.bench_function("dense", |bencher| {
         let (f, q) = (Dense::identity() + 0.01 * Dense::repeat(1.0), Dense::identity());
-        let p = p.dense();
+        let p = step.covariance().dense();
         bencher.iter(|| black_box(&f) * black_box(&p) * f.transpose() + q);
     });
 }
 
 fn zero_velocity(criterion: &mut Criterion) {
-    let (p, _, _) = propagated_covariance();
+    let step = propagated_covariance();
     let mut group = criterion.benchmark_group("zero velocity");
     group.bench_function("blocks", |bencher| {
         let innovation = Vector3::new(0.01, -0.02, 0.01);
         bencher.iter_batched_ref(
-            || p.clone(),
-            |p| black_box(p).observe(Block::Velocity, &innovation, 1.0e-4, f64::INFINITY),
+            || step.clone(),
+            |step| black_box(step).observe_velocity(&innovation, 1.0e-4),
             BatchSize::SmallInput,
         );
     });
@@ -128,7 +112,7 @@ fn zero_velocity(criterion: &mut Criterion) {
         let mut h = SMatrix::<f64, 3, 15>::zeros();
         h.fixed_columns_mut::<3>(3).fill_with_identity();
         let r = Matrix3::from_diagonal_element(1.0e-4);
-        let p = p.dense();
+        let p = step.covariance().dense();
         bencher.iter(|| {
             let p = black_box(&p);
             let k = (h * p * h.transpose() + r)

@@ -47,7 +47,6 @@ def generated() -> dict[Path, str]:
             detectors,
             f"Detector: TypeAlias = (\n    {union}\n)\n",
         ),
-        PACKAGE / "__init__.pyi": offering([class_name(detector) for detector in detectors]),
         ROOT / "docs/settings.md": page(schema),
     }
 
@@ -73,17 +72,6 @@ def module(summary: str, sections: list[dict], ending: str = "") -> str:
         body,
     ]
     return "\n\n".join(head)
-
-
-def offering(detectors: list[str]) -> str:
-    """Return the package's stub with the detectors that there are, and the rest as it is."""
-    stub = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
-    imports = re.search(r"from \.detectors import \(\n(.*?)\)\n", stub, re.DOTALL)
-    names = re.search(r"__all__ = \[\n(.*?)\]\n", stub, re.DOTALL)
-    others = set(re.findall(r"\w+", names[1])) - set(re.findall(r"\w+", imports[1]))
-    listed = "".join(f"    {name},\n" for name in sorted(detectors))
-    every = "".join(f'    "{name}",\n' for name in sorted(others | set(detectors)))
-    return stub.replace(names[1], every).replace(imports[1], listed)
 
 
 def used(name: str, text: str) -> bool:

@@ -9,41 +9,6 @@ Examples
 
 import lazy_loader
 
-# What footnav offers, and where it comes from, stands in __init__.pyi, which type checkers and
-# editors read too.  A module is loaded when one of its names is first used.
-_name, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
-_module, _, _modules = lazy_loader.attach(
-    __name__,
-    submodules=[
-        "calibration",
-        "config",
-        "detection",
-        "detectors",
-        "diagnosis",
-        "errors",
-        "evaluation",
-        "export",
-        "health",
-        "io",
-        "many",
-        "mpu6050",
-        "navigator",
-        "noise",
-        "noise_preconditions",
-        "recording",
-        "rest_detection",
-        "simulation",
-        "stance",
-        "steps",
-        "tracking",
-        "trajectory",
-    ],
-)
-
-
-def __getattr__(name: str) -> object:
-    return _module(name) if name in _modules else _name(name)
-
-
-def __dir__() -> list[str]:
-    return sorted([*__all__, *_modules])
+# The public names and their modules are in __init__.pyi, which type checkers and editors read too.
+# A module is loaded at the first use of one of its names.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

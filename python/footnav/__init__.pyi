@@ -1,110 +1,97 @@
+from . import (
+    calibration,
+    capture,
+    config,
+    detection,
+    detectors,
+    diagnosis,
+    errors,
+    evaluation,
+    export,
+    health,
+    io,
+    many,
+    mpu6050,
+    navigator,
+    noise,
+    noise_preconditions,
+    plot,
+    protocols,
+    recording,
+    rest_detection,
+    simulation,
+    strides,
+    summary,
+    tracking,
+    trajectory,
+)
 from ._core import __version__
-from .allan import AllanDeviation, allan
-from .calibration import SensorCalibration, load_calibration
-from .config import (
-    Alignment,
-    Calibration,
-    Config,
-    Correction,
-    Filter,
-    HealthLimits,
-    Magnetometer,
-    Mechanization,
-    Output,
-    Sensor,
-    Smoother,
-    load_config,
-)
-from .detection import Detection, detect
-from .detectors import (
-    AccelerationMagnitude,
-    AdaptiveShoe,
-    AngularRateEnergy,
-    GraphTheoretic,
-    MagnitudeDebounced,
-    MagnitudeVariance,
-    MovingVariance,
-    Shoe,
-    ThreeCondition,
-    WindowedEnergies,
-)
-from .diagnosis import Diagnosis, diagnose
+from .allan import allan
+from .calibration import load_calibration
+from .config import Config, load_config
+from .detection import detect
+from .diagnosis import diagnose
 from .errors import BusyError, ConfigError, DataError, FootnavError, FootnavWarning, NumericalError
-from .evaluation import Evaluation, evaluate
-from .health import Flag, Health, Status
+from .evaluation import evaluate
+from .health import Health
 from .io import read
-from .many import Outcome, track_many
-from .navigator import Navigator, State
-from .noise import AxisNoise, Figure, NoiseFigures
+from .many import track_many
+from .navigator import Navigator
 from .recording import Recording
-from .simulation import Gait, Route, SensorErrors, TriadErrors, Waypoint, simulate, simulate_rest
-from .stance import StanceDetector
-from .steps import Steps, Stride
+from .simulation import simulate, simulate_rest
+from .strides import Strides
 from .tracking import track
-from .trajectory import Trajectory
+from .trajectory import Trajectory, load_trajectory
 
 __all__ = [
-    "AccelerationMagnitude",
-    "AdaptiveShoe",
-    "Alignment",
-    "AllanDeviation",
-    "AngularRateEnergy",
-    "AxisNoise",
     "BusyError",
-    "Calibration",
     "Config",
     "ConfigError",
-    "Correction",
     "DataError",
-    "Detection",
-    "Diagnosis",
-    "Evaluation",
-    "Figure",
-    "Filter",
-    "Flag",
     "FootnavError",
     "FootnavWarning",
-    "Gait",
-    "GraphTheoretic",
     "Health",
-    "HealthLimits",
-    "Magnetometer",
-    "MagnitudeDebounced",
-    "MagnitudeVariance",
-    "Mechanization",
-    "MovingVariance",
     "Navigator",
-    "NoiseFigures",
     "NumericalError",
-    "Outcome",
-    "Output",
     "Recording",
-    "Route",
-    "Sensor",
-    "SensorCalibration",
-    "SensorErrors",
-    "Shoe",
-    "Smoother",
-    "StanceDetector",
-    "State",
-    "Status",
-    "Steps",
-    "Stride",
-    "ThreeCondition",
+    "Strides",
     "Trajectory",
-    "TriadErrors",
-    "Waypoint",
-    "WindowedEnergies",
     "__version__",
     "allan",
+    "calibration",
+    "capture",
+    "config",
     "detect",
+    "detection",
+    "detectors",
     "diagnose",
+    "diagnosis",
+    "errors",
     "evaluate",
+    "evaluation",
+    "export",
+    "health",
+    "io",
     "load_calibration",
     "load_config",
+    "load_trajectory",
+    "many",
+    "mpu6050",
+    "navigator",
+    "noise",
+    "noise_preconditions",
+    "plot",
+    "protocols",
     "read",
+    "recording",
+    "rest_detection",
     "simulate",
     "simulate_rest",
+    "simulation",
+    "strides",
+    "summary",
     "track",
     "track_many",
+    "tracking",
+    "trajectory",
 ]

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self, disjoint_base
 
-from footnav.stance import StanceDetector
+from footnav.protocols import StanceDetector
 
 __all__ = [
     "Batch",

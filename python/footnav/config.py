@@ -130,7 +130,7 @@ class Config(Settings, frozen=True, kw_only=True, dict=True):
         return _core.gravity(self.to_json())
 
     def with_heading_from(self, recording: Recording) -> Config:
-        """Return the settings with the heading taken from the recording's magnetometer in the rest at its start.
+        """Return the settings with the magnetic heading of the rest at the recording's start.
 
         Raises
         ------

@@ -56,14 +56,14 @@ def save_settings(settings: Settings, path: str | PathLike[str]) -> None:
     """Write settings as TOML; the file is the old one or the whole new one."""
     import tomli_w
 
-    from footnav.export.atomic import replacing
+    from footnav.files import replacing
 
     with replacing(path) as file:
         tomli_w.dump(_without_none(msgspec.json.decode(encode(settings))), file)
 
 
 def _readable(error: msgspec.ValidationError) -> str:
-    """Say a message such as "Expected `float`, got `str` - at `$.filter.rest_rate`" with the setting first."""
+    """Return a message of msgspec, "Expected `float` - at `$.filter.x`", with the setting first."""
     text, _, place = str(error).partition(" - at `$.")
     return f"{place.rstrip('`')}: {text}" if place else text
 

@@ -1,4 +1,4 @@
-"""Stance detectors on their own."""
+"""Stance detection alone."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from footnav import _core
 from footnav.config import Config
 from footnav.detectors import Detector
 from footnav.errors import ConfigError
+from footnav.protocols import StanceDetector
 from footnav.settings import Settings, by_kind, unknown_kind
-from footnav.stance import StanceDetector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,7 +24,7 @@ Choice: TypeAlias = Detector | Config | str | StanceDetector | None
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """What a stance detector found; unpacks as ``statistic, decision``.
+    """Result of a stance detector; unpacks as ``statistic, decision``.
 
     Attributes
     ----------
@@ -32,9 +32,9 @@ class Detection:
         Stamps, s.
     statistic, threshold : ndarray of shape (n,)
         The test statistic and the value below which it means stance; NaN where the detector's
-        window is not full, and everywhere with a detector of one's own.
+        window is not full, and everywhere with a detector of the caller.
     decision : ndarray of bool of shape (n,)
-        Whether the foot is taken to be at rest on the ground.
+        Whether the foot is classified as at rest on the ground.
     """
 
     t: NDArray[np.float64]
@@ -43,7 +43,7 @@ class Detection:
     decision: NDArray[np.bool_]
 
     def __iter__(self) -> Iterator[NDArray[np.float64] | NDArray[np.bool_]]:
-        """Give statistic and decision."""
+        """Iterate over statistic and decision."""
         return iter((self.statistic, self.decision))
 
 
@@ -55,9 +55,9 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
     recording : Recording
         The samples.
     detector : Detector, Config, str or StanceDetector, optional
-        The detector's settings, such as `footnav.Shoe`; a configuration that holds them; the kind
-        of a detector with its default settings, such as "shoe"; or a detector of one's own.
-        Default: the detector of ``Config()``.
+        The detector's settings, such as `footnav.detectors.Shoe`; a configuration with a detector;
+        the kind of a detector with its default settings, such as "shoe"; or an object with the
+        members of `footnav.protocols.StanceDetector`.  Default: the detector of ``Config()``.
 
     Returns
     -------
@@ -67,7 +67,8 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
     Raises
     ------
     ConfigError
-        Unknown detector, settings out of range, or an object that is no `footnav.StanceDetector`.
+        Unknown detector, settings out of range, or an object that is no
+        `footnav.protocols.StanceDetector`.
     """
     config, own = _choose(detector)
     columns = _core.detect(
@@ -77,7 +78,7 @@ def detect(recording: Recording, detector: Choice = None) -> Detection:
 
 
 def _choose(detector: Choice) -> tuple[Config, StanceDetector | None]:
-    """Return the settings, and the detector that is not one of footnav's."""
+    """Return the settings, and a detector of the caller."""
     if detector is None:
         return Config(), None
     if isinstance(detector, Config):

@@ -1,18 +1,18 @@
-"""What can go wrong, as types.
+"""Errors and the warning of footnav.
 
 Every error of footnav is a :class:`FootnavError`; its message names the file, row or sample, the
-value that was found, and what to do about it.
+value that was found, and the remedy.
 """
 
 from collections.abc import Collection
 
 
 class FootnavError(Exception):
-    """Base of every error that footnav raises on purpose."""
+    """Base class of all errors of footnav."""
 
 
 class ConfigError(FootnavError):
-    """A setting is unknown, out of range, or at odds with another one."""
+    """A setting is unknown, out of range, or inconsistent with another one."""
 
 
 class DataError(FootnavError):
@@ -20,19 +20,19 @@ class DataError(FootnavError):
 
 
 class NumericalError(FootnavError):
-    """The filter lost a property that it cannot go on without, such as a positive covariance."""
+    """The filter lost a required property, such as a positive definite covariance."""
 
 
 class BusyError(FootnavError):
-    """Another call, such as one of another thread, is at work on the same object."""
+    """Another call, such as one of another thread, uses the same object."""
 
 
 class FootnavWarning(UserWarning):
-    """The data can be tracked, but the user should know what was found in them."""
+    """The data can be tracked, but with less certainty."""
 
 
 def nearest(word: str, known: Collection[str]) -> str:
-    """Name the known word that is most like `word`, as the end of a message, or nothing when none is like it."""
+    """Return "; did you mean ...?" with the nearest known word, or "" when none is near."""
     from difflib import get_close_matches
 
     close = get_close_matches(word.lower(), known, n=1)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footnav.errors import ConfigError, DataError, FootnavWarning
-from footnav.trajectory import Displacement, Trajectory
+from footnav.summary import Displacement
+from footnav.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 Truth = Trajectory | ArrayLike | tuple[ArrayLike, ArrayLike]
@@ -33,9 +34,9 @@ class Evaluation:
     Attributes
     ----------
     align : str
-        How the two were aligned.
+        Method of the alignment.
     samples : int
-        Samples that were compared.
+        Number of compared samples.
     armse : float
         Mean over the samples of sqrt((dx^2 + dy^2) / 2), m.
     euclidean_mean : float
@@ -70,12 +71,14 @@ class Evaluation:
         end = self.closing_error
         return "\n".join(
             [
-                f"{self.samples:,} samples against {self.distance:.2f} m of truth, aligned by {self.align!r}",
+                f"{self.samples:,} samples against {self.distance:.2f} m of truth, aligned by "
+                f"{self.align!r}",
                 f"  ARMSE          {self.armse:.3f} m",
                 f"  mean           {self.euclidean_mean:.3f} m horizontal",
                 f"  height         {self.height_rms:.3f} m RMS",
                 f"  in space       {self.rmse_3d:.3f} m RMS, {self.max:.3f} m at most",
-                f"  at the end     {end.horizontal:.3f} m ({self.percent_of_distance:.2f} % of the way) horizontal, "
+                f"  at the end     {end.horizontal:.3f} m ({self.percent_of_distance:.2f} % of "
+                "the distance) horizontal, "
                 f"{end.vertical:+.3f} m vertical, {end.spatial:.3f} m in space",
             ]
         )
@@ -83,14 +86,14 @@ class Evaluation:
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """A turn about the vertical that carries one point to another.
+    """A rotation about the vertical and a shift.
 
     Attributes
     ----------
     yaw : float
-        Turn, rad, positive to the left.
+        Rotation angle, rad, positive to the left.
     source, target : (3,) ndarray
-        The point that is carried, and where it goes, m.
+        A point, and its image, m.
     """
 
     yaw: float
@@ -98,11 +101,11 @@ class Alignment:
     target: Floats
 
     def apply(self, position: Floats) -> Floats:
-        """Carry positions (n, 3), m, from the frame of the estimate to that of the truth."""
+        """Transform positions (n, 3), m, from the frame of the estimate to that of the truth."""
         return _turned(position - self.source, self.yaw) + self.target
 
     def undo(self, position: Floats) -> Floats:
-        """Carry positions (n, 3), m, from the frame of the truth to that of the estimate."""
+        """Transform positions (n, 3), m, from the frame of the truth to that of the estimate."""
         return _turned(position - self.target, -self.yaw) + self.source
 
 
@@ -117,9 +120,9 @@ def evaluate(traj: Trajectory, truth: Truth, *, align: str = "yaw") -> Evaluatio
         Positions with z up, m.  An array has one row for each sample of `traj`; the others are
         interpolated linearly at `traj.t` and have to cover it.
     align : {"yaw", "umeyama-yaw", "start", "none"}
-        "yaw" joins the starts and turns the estimate about the vertical so that both point the same
-        way at its first sample that is 0.8 m away from the start.  "umeyama-yaw" turns and shifts
-        it so that the squared errors are least.  "start" joins the starts.
+        "yaw" aligns the starts and rotates the estimate about the vertical so that the directions
+        from the start agree at its first sample that is 0.8 m away.  "umeyama-yaw" rotates and
+        shifts it for the least sum of squared errors.  "start" aligns the starts.
 
     Returns
     -------
@@ -136,7 +139,7 @@ def evaluate(traj: Trajectory, truth: Truth, *, align: str = "yaw") -> Evaluatio
     Warns
     -----
     FootnavWarning
-        When the estimate never gets 0.8 m away from its start; "yaw" then uses its farthest sample.
+        When the estimate stays within 0.8 m of its start; "yaw" then uses its farthest sample.
     """
     position = true_positions(traj, truth)
     error = find_alignment(traj.position, position, align).apply(traj.position) - position
@@ -159,7 +162,7 @@ def evaluate(traj: Trajectory, truth: Truth, *, align: str = "yaw") -> Evaluatio
 
 
 def true_positions(traj: Trajectory, truth: Truth) -> Floats:
-    """Bring the truth to the samples of a track; see `evaluate` for the forms that it takes.
+    """Interpolate the truth at the samples of a track; see `evaluate` for its forms.
 
     Returns
     -------
@@ -182,7 +185,8 @@ def true_positions(traj: Trajectory, truth: Truth) -> Floats:
     position = _floats("truth", truth)
     if position.shape != (len(traj), 3):
         raise DataError(
-            f"truth has shape {position.shape}, expected ({len(traj)}, 3): one row for each sample of the track; "
+            f"truth has shape {position.shape}, expected ({len(traj)}, 3): one row for each "
+            "sample of the track; "
             "give (t, position) when its stamps are its own"
         )
     _check_finite("truth", position)
@@ -190,7 +194,9 @@ def true_positions(traj: Trajectory, truth: Truth) -> Floats:
 
 
 def find_alignment(estimate: Floats, truth: Floats, align: str) -> Alignment:
-    """Find the turn and shift that bring an estimate (n, 3) to the truth (n, 3), m; see `evaluate` for `align`.
+    """Find rotation and shift of an estimate (n, 3) to the truth (n, 3), m.
+
+    See `evaluate` for `align`.
 
     Raises
     ------
@@ -212,7 +218,7 @@ def find_alignment(estimate: Floats, truth: Floats, align: str) -> Alignment:
 
 
 def path_length(t: Floats, position: Floats) -> float:
-    """Length of a path, without the wiggling of the foot within a stride.
+    """Length of a path, without the motion of the foot within a stride.
 
     Parameters
     ----------
@@ -231,9 +237,11 @@ def path_length(t: Floats, position: Floats) -> float:
 
 
 def _turned(vectors: Floats, yaw: float) -> Floats:
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    x, y, z = vectors.T
-    return np.column_stack([cos * x - sin * y, sin * x + cos * y, z])
+    """Rotate vectors (n, 3) about the vertical."""
+    from scipy.spatial.transform import Rotation
+
+    turned: Floats = Rotation.from_euler("z", yaw).apply(vectors)
+    return turned
 
 
 def _yaw_at_distance(estimate: Floats, truth: Floats) -> float:
@@ -242,7 +250,8 @@ def _yaw_at_distance(estimate: Floats, truth: Floats) -> float:
     far = np.flatnonzero(away >= YAW_DISTANCE)
     if not far.size:
         warnings.warn(
-            f"the track stays within {away.max():.2f} m of its start, so its yaw is aligned at its farthest sample "
+            f"the track stays within {away.max():.2f} m of its start, so its yaw is aligned at "
+            "its farthest sample "
             f"instead of at {YAW_DISTANCE} m; align='umeyama-yaw' uses all of it",
             FootnavWarning,
             stacklevel=4,
@@ -252,14 +261,17 @@ def _yaw_at_distance(estimate: Floats, truth: Floats) -> float:
 
 
 def _least_squares_yaw(estimate: Floats, truth: Floats) -> float:
-    """Yaw that maximizes sum(truth . R estimate) of centred points: tan(yaw) = sum(cross) / sum(dot)."""
+    """Yaw that maximizes sum(truth . R estimate) of centred points.
+
+    Tan(yaw) = sum(cross) / sum(dot).
+    """
     cross = (estimate[:, 0] * truth[:, 1] - estimate[:, 1] * truth[:, 0]).sum()
     dot = (estimate[:, :2] * truth[:, :2]).sum()
     return float(np.arctan2(cross, dot))
 
 
 def _interpolated(t: Floats, truth_t: Floats, position: Floats) -> Floats:
-    """Truth at the stamps of the track, never beyond its own; both are in the order of time."""
+    """Interpolate the truth at the stamps of the track, without extrapolation."""
     _check_finite("truth", position)
     if len(truth_t) == 0:
         raise DataError("truth is empty")

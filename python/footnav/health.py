@@ -1,4 +1,4 @@
-"""How far a track can be trusted, and why not further."""
+"""Quality of a track: status, flags and counters."""
 
 from dataclasses import dataclass
 from enum import Enum, IntFlag
@@ -6,19 +6,19 @@ from typing import Any
 
 
 class Status(str, Enum):
-    """Verdict on a track or on the newest state."""
+    """Quality of a track or of the newest state."""
 
     OK = "OK"
     DEGRADED = "DEGRADED"
     INVALID = "INVALID"
 
     def __str__(self) -> str:
-        """Return the verdict as a word."""
+        """Return the status as a word."""
         return self.value
 
 
 class Flag(IntFlag):
-    """What speaks against a state, one bit each."""
+    """Quality flags of a state, one bit each."""
 
     ALIGNING = 1
     MOVING_START = 2
@@ -31,43 +31,45 @@ class Flag(IntFlag):
 
     @property
     def status(self) -> Status:
-        """The verdict that these flags amount to."""
+        """Status that follows from the flags."""
         if self & (Flag.ALIGNING | Flag.LOST):
             return Status.INVALID
         return Status.DEGRADED if self else Status.OK
 
     def describe(self) -> str:
-        """Say in plain words what the bits mean.
+        """Describe the flags in words.
 
         Returns
         -------
         str
-            One sentence for each bit that is set, or one that says that none is.
+            One sentence for each flag that is set, or "No problems found."
         """
         sentences = [sentence for reason, sentence in _SENTENCES.items() if reason in self]
-        return " ".join(sentences) or "Nothing speaks against it."
+        return " ".join(sentences) or "No problems found."
 
 
 _SENTENCES = {
-    Flag.ALIGNING: "The initial attitude is still being found.",
-    Flag.MOVING_START: "The sensor moved while the initial attitude was taken.",
+    Flag.ALIGNING: "The initial alignment is not complete.",
+    Flag.MOVING_START: "The sensor moved during the initial alignment.",
     Flag.NO_ZERO_VELOCITY: "The foot was not seen at rest for too long.",
     Flag.UPDATES_REJECTED: "Zero-velocity updates were rejected as implausible.",
     Flag.GAP: "Samples are missing.",
     Flag.CLIPPED: "The sensor reached the end of its range.",
     Flag.REFUSED: "Samples that were not finite or out of order were refused.",
-    Flag.LOST: "The foot was not seen at rest for too long, or the filter cannot go on: the position means nothing.",
+    Flag.LOST: (
+        "The foot was not seen at rest for too long, or the filter failed: the position is invalid."
+    ),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Counters:
-    """What happened to the samples, in numbers of samples or of updates.
+    """Counts of samples and of updates.
 
     Attributes
     ----------
     samples : int
-        Samples that came in.
+        Samples that were received.
     repeated : int
         Samples whose stamp equals the one before.
     gaps : int
@@ -102,25 +104,27 @@ class Counters:
             f", {self.magnetic_updates:,} magnetic updates ({self.magnetic_rejected:,} rejected)"
         )
         return (
-            f"{self.samples:,} samples: {self.repeated:,} repeated, {self.gaps:,} gaps, {self.clipped:,} clipped, "
+            f"{self.samples:,} samples: {self.repeated:,} repeated, {self.gaps:,} gaps, "
+            f"{self.clipped:,} clipped, "
             f"{self.refused:,} refused; {self.zero_velocity_updates:,} zero-velocity updates "
-            f"({self.zero_velocity_rejected:,} rejected), {self.zero_angular_rate_updates:,} zero-angular-rate updates"
+            f"({self.zero_velocity_rejected:,} rejected), {self.zero_angular_rate_updates:,} "
+            "zero-angular-rate updates"
             f"{magnetic if self.magnetic_updates or self.magnetic_rejected else ''}."
         )
 
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """State of a run: the verdict, its flags, and what they rest on.
+    """Quality of a run: status, flags and the figures that they are based on.
 
     Attributes
     ----------
     status : Status
-        The verdict.
+        The status.
     flags : Flag
-        What speaks against the track, as bits.
+        Quality flags.
     counters : Counters
-        What happened to the samples.
+        Counts of samples and of updates.
     horizontal_std, vertical_std : float
         Uncertainty of the position, one sigma, in m.
     """
@@ -133,7 +137,7 @@ class Health:
 
     @classmethod
     def of_fields(cls, fields: dict[str, Any]) -> "Health":
-        """Make it of the fields that the core hands over."""
+        """Convert the fields of the core."""
         flags, counters = Flag(fields["flags"]), Counters(**fields["counters"])
         return cls(flags.status, flags, counters, fields["horizontal_std"], fields["vertical_std"])
 
@@ -141,5 +145,6 @@ class Health:
         """Describe the run in one paragraph."""
         return (
             f"{self.status.value}. {self.flags.describe()} {self.counters} "
-            f"One sigma: {self.horizontal_std:.2f} m horizontal, {self.vertical_std:.2f} m vertical."
+            f"One sigma: {self.horizontal_std:.2f} m horizontal, {self.vertical_std:.2f} m "
+            "vertical."
         )

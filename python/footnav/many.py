@@ -1,4 +1,4 @@
-"""Many recordings: side by side, here or on other machines, with nothing lost when one of them fails."""
+"""Batch processing of many recordings in parallel; a failure affects one recording only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from concurrent.futures import TimeoutError as NotYet
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -28,29 +28,31 @@ from footnav.errors import DataError
 from footnav.io import read
 from footnav.recording import Recording
 from footnav.tracking import track_quietly
-from footnav.trajectory import Trajectory
+from footnav.trajectory import Trajectory, load_trajectory
 
 Source: TypeAlias = "Recording | str | os.PathLike[str]"
 Reader: TypeAlias = "Callable[[Path], Recording]"
 
-GLANCE = 0.5
-"""s between two looks at the keyboard; an interrupt on the verge of a wait without end comes too late to break it."""
+POLL_INTERVAL = 0.5
+"""s between two checks for interrupts; without a time limit, an interrupt just before the wait
+would not end it.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
-    """What became of one recording.
+class TrackResult:
+    """Result of one recording.
 
     Attributes
     ----------
     index : int
-        Its place among the recordings, from 0.
+        Index among the recordings, from 0.
     name : str
-        Its name: that of the recording or of the file.
+        Name of the recording or of the file.
     error : Exception or None
-        What went wrong.
+        The error of the recording.
     resumed : bool
-        Whether it was tracked by an earlier run.
+        Whether the track is that of an earlier run.
     """
 
     index: int
@@ -61,19 +63,17 @@ class Outcome:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The track; read from the folder where tracks are kept.
+        """The track; read from the folder if there is one.
 
         Raises
         ------
         Exception
-            What went wrong.
+            The error of the recording.
         """
         if self.error is not None:
             raise self.error
         assert self._track is not None
         if isinstance(self._track, Path):
-            from footnav.export import load_trajectory
-
             return load_trajectory(self._track)
         return self._track
 
@@ -86,74 +86,75 @@ def track_many(
     reader: Reader = read,
     folder: str | os.PathLike[str] | None = None,
     ordered: bool = True,
-) -> Iterator[Outcome]:
-    """Track many recordings side by side.
+) -> Iterator[TrackResult]:
+    """Track many recordings in parallel.
 
     Parameters
     ----------
     recordings : iterable of Recording or path
-        They are taken as workers become free, so that a generator of any length will do.  A path is
-        read where it is tracked: paths travel to other processes and machines, samples do not.
+        They are taken as workers become free, so a generator may have any length.  A path is read
+        by the worker, so that paths and not samples are sent to other processes and machines.
     config : Config, optional
         Settings for all of them; the defaults need no tuning.
     executor : concurrent.futures.Executor, optional
-        Where to work: threads of this process unless given, one for each core, since the core
-        leaves the interpreter to others while it tracks.  A ``ProcessPoolExecutor`` also reads
-        files side by side, and dask's ``Client.get_executor()`` does so on a cluster.  It is left
-        open.
+        Workers: threads of this process unless given, one for each core, since the core releases
+        the interpreter's lock while it tracks.  A ``ProcessPoolExecutor`` also reads files in
+        parallel, and dask's ``Client.get_executor()`` does so on a cluster.  It is not shut down.
     reader : callable
         Reads a path, such as ``functools.partial(footnav.read, format="mpu6050", accel_range=8,
         gyro_range=1000)``.
     folder : path, optional
-        Where to keep the tracks as ``.npz``.  A run with the same folder, settings and version of
-        footnav goes on where an earlier one stopped: what was tracked already, of the same samples
-        or of a file of the same size and time of change, is not tracked again.  Workers on other
-        machines must see the same folder.
+        Folder for the tracks as ``.npz``.  A run with the same folder, settings and version of
+        footnav resumes an earlier one: recordings with the same samples, or files with the same
+        size and modification time, are not tracked again.  Workers on other machines need access to
+        the folder.
     ordered : bool
-        Whether the outcomes come in the order of the recordings, or each as soon as it is there.
+        Whether the results are in the order of the recordings, or in the order of completion.
 
     Yields
     ------
-    Outcome
-        One for each recording; one that failed holds its error, and the others go on.
+    TrackResult
+        One for each recording; a failure is stored as `error` and does not affect the others.
 
     Raises
     ------
     DataError
-        The folder cannot be made.
+        The folder cannot be created.
 
     Notes
     -----
-    The tracks are those of :func:`footnav.track`, to the bit.  What that warns of is in the
+    The tracks are those of :func:`footnav.track`, to the bit.  Its warnings are flags in the
     `health` of each track.
 
-    An interrupt from the keyboard, or no more interest in the outcomes, ends the threads at their
-    next block of samples.  From an executor of one's own the recordings that wait are taken back;
-    those at work there go on.
+    An interrupt from the keyboard, or the end of the iteration, stops the threads at their next
+    block of samples.  In an executor of the caller the pending recordings are cancelled; running
+    ones complete.
 
     Examples
     --------
-    >>> for outcome in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
-    ...     print(outcome.name, outcome.error or outcome.trajectory.summary())
+    >>> for result in track_many(Path("walks").glob("*.csv")):  # doctest: +SKIP
+    ...     print(result.name, result.error or result.trajectory.summary())
     """
-    job = Job(config or DEFAULTS, reader, _made(folder))
+    job = Job(config or DEFAULTS, reader, _created(folder))
     if executor is not None:
-        yield from _outcomes(recordings, job, executor, ordered)
+        yield from _results(recordings, job, executor, ordered)
         return
-    threads, ended = ThreadPoolExecutor(os.cpu_count()), threading.Event()
+    threads, cancelled = ThreadPoolExecutor(os.cpu_count()), threading.Event()
     try:
-        yield from _outcomes(recordings, replace(job, progress=_until(ended)), threads, ordered)
+        yield from _results(
+            recordings, replace(job, progress=_cancelled_by(cancelled)), threads, ordered
+        )
         threads.shutdown()
     finally:
-        ended.set()
+        cancelled.set()
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _until(ended: threading.Event) -> Callable[[float], None]:
-    """Return a report of progress that ends the work of a thread, which no interrupt reaches."""
+def _cancelled_by(cancelled: threading.Event) -> Callable[[float], None]:
+    """Return a progress callback that cancels a thread, which interrupts do not reach."""
 
     def progress(_: float) -> None:
-        if ended.is_set():
+        if cancelled.is_set():
             raise CancelledError
 
     return progress
@@ -161,42 +162,42 @@ def _until(ended: threading.Event) -> Callable[[float], None]:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What is done with every recording; travels to the workers."""
+    """Task of a worker for every recording."""
 
     config: Config
     reader: Reader
     folder: Path | None
     progress: Callable[[float], None] | None = None
 
-    def run(self, index: int, source: Source) -> Outcome:
-        """Track one recording; an error becomes part of the outcome."""
+    def run(self, index: int, source: Source) -> TrackResult:
+        """Track one recording; an error becomes part of the result."""
         name = _name(source)
         try:
-            kept = self._kept(source, name)
-            if kept is not None and kept.exists():
-                return Outcome(index, name, None, resumed=True, _track=kept)
-            return Outcome(index, name, None, resumed=False, _track=self._track(source, kept))
+            cached = self._cache_file(source, name)
+            if cached is not None and cached.exists():
+                return TrackResult(index, name, None, resumed=True, _track=cached)
+            return TrackResult(index, name, None, resumed=False, _track=self._track(source, cached))
         except (
             Exception
-        ) as error:  # A reader of the user's may raise anything, and the other recordings go on.
-            return Outcome(index, name, error, resumed=False, _track=None)
+        ) as error:  # A reader of the caller may raise anything, and the other recordings continue.
+            return TrackResult(index, name, error, resumed=False, _track=None)
 
-    def _kept(self, source: Source, name: str) -> Path | None:
-        """Say where the track is kept."""
+    def _cache_file(self, source: Source, name: str) -> Path | None:
+        """Return the file of the track."""
         if self.folder is None:
             return None
         return self.folder / f"{Path(name).name or 'track'}-{self._digest(source)}.npz"
 
-    def _track(self, source: Source, kept: Path | None) -> Trajectory | Path:
+    def _track(self, source: Source, cached: Path | None) -> Trajectory | Path:
         recording = source if isinstance(source, Recording) else self.reader(Path(source))
         trajectory = track_quietly(recording, self.config, progress=self.progress)
-        if kept is None:
+        if cached is None:
             return trajectory
-        trajectory.save(kept)
-        return kept
+        trajectory.save(cached)
+        return cached
 
     def _digest(self, source: Source) -> str:
-        """Tell apart what would give another track."""
+        """Hash everything that affects the track."""
         digest = hashlib.sha256(
             f"{__version__}\n{_describe(self.reader)}\n".encode() + self.config.to_json()
         )
@@ -214,12 +215,12 @@ class Job:
         return digest.hexdigest()[:16]
 
 
-def _outcomes(
+def _results(
     recordings: Iterable[Source], job: Job, executor: Executor, ordered: bool
-) -> Iterator[Outcome]:
-    """Keep the workers busy, with no more waiting than they will soon take."""
+) -> Iterator[TrackResult]:
+    """Keep the workers busy with a short queue."""
     ahead = 2 * (os.cpu_count() or 1) + 2
-    waiting: deque[Future[Outcome]] = deque()
+    waiting: deque[Future[TrackResult]] = deque()
     try:
         for index, source in enumerate(recordings):
             waiting.append(executor.submit(job.run, index, source))
@@ -232,26 +233,26 @@ def _outcomes(
             future.cancel()
 
 
-def _next(waiting: deque[Future[Outcome]], ordered: bool) -> Outcome:
-    """Take the oldest, or one that is done."""
+def _next(waiting: deque[Future[TrackResult]], ordered: bool) -> TrackResult:
+    """Take the oldest result, or the first that is done."""
     future = _oldest(waiting) if ordered else _any(waiting)
     waiting.remove(future)
     return future.result()
 
 
-def _oldest(waiting: deque[Future[Outcome]]) -> Future[Outcome]:
-    """Wait for the oldest by itself: a wait for one among many takes half as much again of this thread's time."""
+def _oldest(waiting: deque[Future[TrackResult]]) -> Future[TrackResult]:
+    """Wait for the oldest alone: `wait` for many takes half as much processor time again."""
     oldest = waiting[0]
     while not oldest.done():
-        with contextlib.suppress(NotYet):
-            oldest.exception(GLANCE)
+        with contextlib.suppress(FutureTimeout):
+            oldest.exception(POLL_INTERVAL)
     return oldest
 
 
-def _any(waiting: deque[Future[Outcome]]) -> Future[Outcome]:
-    done: set[Future[Outcome]] = set()
+def _any(waiting: deque[Future[TrackResult]]) -> Future[TrackResult]:
+    done: set[Future[TrackResult]] = set()
     while not done:
-        done = wait(waiting, GLANCE, FIRST_COMPLETED).done
+        done = wait(waiting, POLL_INTERVAL, FIRST_COMPLETED).done
     return next(iter(done))
 
 
@@ -260,18 +261,18 @@ def _name(source: Source) -> str:
 
 
 def _describe(reader: Reader) -> str:
-    """Name a reader and its options the same way in every run."""
+    """Return a name of a reader and its options that is the same in every run."""
     if isinstance(reader, functools.partial):
         return f"{_describe(reader.func)} {reader.args} {sorted(reader.keywords.items())}"
     return f"{reader.__module__}.{getattr(reader, '__qualname__', type(reader).__qualname__)}"
 
 
-def _made(folder: str | os.PathLike[str] | None) -> Path | None:
+def _created(folder: str | os.PathLike[str] | None) -> Path | None:
     if folder is None:
         return None
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise DataError(f"{path}: cannot be made a folder: {error.strerror or error}") from error
+        raise DataError(f"{path}: cannot be created: {error.strerror or error}") from error
     return path

@@ -1,4 +1,4 @@
-"""The MPU6050 as a chip: what its registers mean.
+"""The registers of the MPU6050.
 
 References
 ----------
@@ -20,7 +20,7 @@ from footnav.recording import STANDARD_GRAVITY, Floats, to_floats
 from footnav.settings import Settings
 
 MPU6050_ID = 0x68
-"""What the register WHO_AM_I of an MPU6050 reads, whichever address it answers at."""
+"""Value of the register WHO_AM_I of an MPU6050, at either address."""
 
 _OTHER_CHIPS = {
     0x00: "nothing, as with a short circuit to ground",
@@ -35,7 +35,9 @@ _OTHER_CHIPS = {
 }
 
 SAMPLE_REGISTERS = 14
-"""Bytes of a sample, in the order of the registers: accelerometer, thermometer, gyroscope, each high byte first."""
+"""Bytes of a sample, in the order of the registers: accelerometer, thermometer, gyroscope, each
+high byte first.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,18 +74,17 @@ _FILTERS = MappingProxyType(
 
 
 class Setup(Settings, frozen=True, kw_only=True):
-    """The registers that decide what an MPU6050 puts out.
+    """The registers that set range, bandwidth and rate of an MPU6050.
 
     Attributes
     ----------
     accel_range_g : int
-        Full scale of the accelerometer, g: 2, 4, 8 or 16.  A heel strikes the ground with up to 10
-        g.
+        Full scale of the accelerometer, g: 2, 4, 8 or 16.  A heel strike reaches 10 g.
     gyro_range_deg_s : int
         Full scale of the gyroscope, deg/s: 250, 500, 1000 or 2000.  A foot turns at up to 1000
         deg/s.
     dlpf_cfg : int
-        Low-pass filter, 0 to 6; 2 passes 94 Hz, which suits 200 samples per second.
+        Low-pass filter, 0 to 6; 2 passes 94 Hz, for 200 samples per second.
     smplrt_div : int
         The chip samples at 1 kHz over one more than this (8 kHz without low-pass filter, at
         `dlpf_cfg` 0); 0 to 255.
@@ -91,7 +92,7 @@ class Setup(Settings, frozen=True, kw_only=True):
     Raises
     ------
     ConfigError
-        A value that the chip does not have.
+        The chip does not have a value.
     """
 
     accel_range_g: int = 16
@@ -100,7 +101,7 @@ class Setup(Settings, frozen=True, kw_only=True):
     smplrt_div: int = 4
 
     def __post_init__(self) -> None:
-        """Refuse what the registers cannot hold."""
+        """Validate the values of the registers."""
         choices: dict[str, Sequence[int]] = {
             "accel_range_g": ACCEL_RANGES,
             "gyro_range_deg_s": GYRO_RANGES,
@@ -112,7 +113,7 @@ class Setup(Settings, frozen=True, kw_only=True):
 
     @classmethod
     def at_rate(cls, rate_hz: float, **settings: Any) -> "Setup":
-        """Find the divider that gives a sampling rate.
+        """Return the settings for a sampling rate.
 
         Parameters
         ----------
@@ -124,12 +125,12 @@ class Setup(Settings, frozen=True, kw_only=True):
         Returns
         -------
         Setup
-            With exactly this rate.
+            Settings with exactly this rate.
 
         Raises
         ------
         ConfigError
-            The chip does not have the rate; the message names the nearest that it has.
+            The chip does not have the rate; the message has the nearest one.
         """
         setup = cls(**settings)
         if not (math.isfinite(rate_hz) and rate_hz > 0):
@@ -138,14 +139,15 @@ class Setup(Settings, frozen=True, kw_only=True):
         found = setup.replace(smplrt_div=divider)
         if not math.isclose(found.rate_hz, rate_hz, rel_tol=1e-4):
             raise ConfigError(
-                f"rate_hz is {rate_hz:g}; an MPU6050 divides {setup._undivided_hz:g} Hz by 1 to 256, "
+                f"rate_hz is {rate_hz:g}; an MPU6050 divides {setup._undivided_hz:g} Hz by 1 to "
+                "256, "
                 f"and the nearest is {found.rate_hz:.6g}"
             )
         return found
 
     @classmethod
     def from_registers(cls, registers: bytes) -> "Setup":
-        """Read the settings from SMPLRT_DIV, CONFIG, GYRO_CONFIG and ACCEL_CONFIG, sections 4.2 to 4.5.
+        """Decode SMPLRT_DIV, CONFIG, GYRO_CONFIG and ACCEL_CONFIG (sections 4.2 to 4.5).
 
         Parameters
         ----------
@@ -155,7 +157,7 @@ class Setup(Settings, frozen=True, kw_only=True):
         Returns
         -------
         Setup
-            What they mean.
+            Their meaning.
 
         Raises
         ------
@@ -172,14 +174,17 @@ class Setup(Settings, frozen=True, kw_only=True):
 
     @property
     def registers(self) -> bytes:
-        """SMPLRT_DIV, CONFIG, GYRO_CONFIG and ACCEL_CONFIG, which lie side by side from address 0x19 on."""
+        """SMPLRT_DIV, CONFIG, GYRO_CONFIG and ACCEL_CONFIG, from address 0x19 on."""
         gyro_config = GYRO_RANGES.index(self.gyro_range_deg_s) << 3
         accel_config = ACCEL_RANGES.index(self.accel_range_g) << 3
         return bytes((self.smplrt_div, self.dlpf_cfg, gyro_config, accel_config))
 
     @property
     def rate_hz(self) -> float:
-        """Samples per second by the chip's own clock, Hz; beyond 1 kHz the accelerometer repeats itself."""
+        """Samples per second by the chip's own clock, Hz.
+
+        Beyond 1 kHz samples of the accelerometer repeat.
+        """
         return self._undivided_hz / (1 + self.smplrt_div)
 
     @property
@@ -208,7 +213,7 @@ class Setup(Settings, frozen=True, kw_only=True):
 
     @property
     def accel_lag(self) -> float:
-        """How much later than the gyroscope the accelerometer answers, s: up to 1 ms either way."""
+        """Delay of the accelerometer relative to the gyroscope, s: within 1 ms."""
         return self.accel_filter.delay - self.gyro_filter.delay
 
     @property
@@ -223,16 +228,19 @@ class Setup(Settings, frozen=True, kw_only=True):
 
     def __str__(self) -> str:
         """Return the settings in one line."""
-        return f"{self.accel_range_g} g, {self.gyro_range_deg_s} deg/s, {self.rate_hz:.6g} Hz, low-pass {self.dlpf_cfg}"
+        return (
+            f"{self.accel_range_g} g, {self.gyro_range_deg_s} deg/s, {self.rate_hz:.6g} Hz, "
+            f"low-pass {self.dlpf_cfg}"
+        )
 
 
 def accel_range_g(counts_per_g: float) -> int:
-    """Return the full scale in g of an accelerometer that counts so much in 1 g, such as 16384 or 4096."""
+    """Return the full scale in g for counts per g, such as 16384 or 4096."""
     return _range(counts_per_g, ACCEL_RANGES, "counts per g")
 
 
 def gyro_range_deg_s(counts_per_deg_s: float) -> int:
-    """Return the full scale in deg/s of a gyroscope that counts so much in 1 deg/s, such as 131 or 16.4."""
+    """Return the full scale in deg/s for counts per deg/s, such as 131 or 16.4."""
     return _range(counts_per_deg_s, GYRO_RANGES, "counts per deg/s")
 
 
@@ -253,13 +261,16 @@ def temperature_degc(counts: ArrayLike) -> Floats:
 
 
 def wrong_chip(chip: int) -> str:
-    """Say what a chip is that WHO_AM_I shows not to be an MPU6050, as the end of a message."""
+    """Name a chip that is not an MPU6050 by its WHO_AM_I, as the end of a message."""
     likely = _OTHER_CHIPS.get(chip, "an unknown chip")
-    return f"{chip:#04x}, {likely}; expected {MPU6050_ID:#04x}, an MPU6050, on whose registers and scales this relies"
+    return (
+        f"{chip:#04x}, {likely}; expected {MPU6050_ID:#04x}, an MPU6050, whose registers and "
+        "scales are required"
+    )
 
 
 def _range(counts: float, known: Sequence[int], label: str) -> int:
-    """Return the full scale at which the chip counts so much in one unit."""
+    """Return the full scale with these counts per unit."""
     for full_scale in known:
         if abs(counts * full_scale / FULL_SCALE_COUNTS - 1) < _ROUNDING:
             return full_scale

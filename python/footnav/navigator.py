@@ -1,25 +1,27 @@
-"""Streaming: one foot, sample by sample."""
+"""Streaming: navigation of one foot, sample by sample."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footnav import _core
 from footnav.config import DEFAULTS, Config
 from footnav.errors import DataError
+from footnav.georeference import georeference
 from footnav.health import Health
+from footnav.lazy_trajectory import LazyTrajectory
 from footnav.recording import to_floats
-from footnav.steps import Steps, Stride
-from footnav.trajectory import Trajectory
+from footnav.strides import Strides
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Self
 
-    from footnav.stance import StanceDetector
+    from footnav.protocols import StanceDetector
+    from footnav.trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,41 +45,40 @@ class State:
 
 
 class Navigator(_core.Navigator):
-    """Follows one foot, sample by sample.
+    """Navigation of one foot, sample by sample.
 
-    The numbers are those of :func:`footnav.track`, to the bit, however the samples are cut into
-    blocks.  A state comes out `latency` samples after its sample went in, because the detector
-    looks ahead and a step-wise smoother waits for the end of the step; :meth:`now` carries the
-    filter's newest state forward to the newest sample.  While the start is aligned the states stay
-    at the origin and `health` says so.
+    The numbers are those of :func:`footnav.track`, to the bit, for any division of the samples into
+    blocks.  A state is output `latency` samples after its sample, because the window of the
+    detector extends into the future and a step-wise smoother waits for the end of the step;
+    :meth:`now` extrapolates the filter's newest state to the newest sample.  During the alignment
+    the states stay at the origin and `health` is invalid.
 
-    The default looks ahead for 0.625 s and is the more accurate for it; with
-    ``Config(detector=AdaptiveShoe.live())`` it is 0.275 s.  ``docs/accuracy.md`` tells what that
-    costs.
+    The latency of the default is 0.625 s; with ``Config(detector=AdaptiveShoe.live())`` it is 0.275
+    s, at a loss of accuracy that ``docs/accuracy.md`` quantifies.
 
-    A magnetometer (``Config(magnetometer=Magnetometer(heading=True))``) is fed by
-    :meth:`push_block`; what comes by `push` has no reading of it.
+    Readings of a magnetometer (``Config(magnetometer=Magnetometer(heading=True))``) are passed to
+    :meth:`push_block`; samples of `push` have none.
 
-    Threads may share a navigator if they take turns: whatever is asked of it while another call is
-    at work raises `footnav.errors.BusyError` and changes nothing.
+    Threads may share a navigator if their calls do not overlap: a call during another one raises
+    `footnav.errors.BusyError` and changes nothing.
 
     Parameters
     ----------
     config : Config, optional
         Settings; the defaults need no tuning.
     rate_hz : float
-        Samples per second, about; sets the lengths of windows and what counts as a gap.
+        Nominal samples per second; sets the lengths of windows and the limit of a gap.
     detector : StanceDetector, optional
-        A stance detector of one's own instead of the one that the settings name.  What it raises
-        comes out of `push`, `push_block` and `flush`, and again until :meth:`reset`.
+        Takes the place of the detector that the settings name.  Its exceptions propagate from
+        `push`, `push_block` and `flush`, and again until :meth:`reset`.
 
     Attributes
     ----------
     latency : int
-        Number of samples by which a state comes late.
+        Delay of a state in samples.
     t : float or None
-        Stamp of the newest state, s; this and the following are None before the first state came
-        out, and after a `NumericalError`.
+        Stamp of the newest state, s; this and the following are None before the first output, and
+        after a `NumericalError`.
     position, velocity : ndarray of shape (3,) or None
         In n, m and m/s.
     quaternion : ndarray of shape (4,) or None
@@ -88,14 +89,14 @@ class Navigator(_core.Navigator):
         In the sensor frame, rad/s and m/s².
     covariance : ndarray of shape (15, 15) or None
         Of the errors of position, velocity, attitude (n), gyroscope bias and accelerometer bias
-        (b), in this order, of the filter's newest state, which a smoother still holds back; None
-        while the start is aligned.
+        (b), in this order, of the filter's newest state, before a smoother; None during the
+        alignment.
 
     Raises
     ------
     ConfigError
         A setting or the rate is out of range, a correction or smoother needs the whole recording,
-        or `detector` is no `footnav.StanceDetector`.
+        or `detector` is no `footnav.protocols.StanceDetector`.
     """
 
     config: Config
@@ -118,15 +119,15 @@ class Navigator(_core.Navigator):
         *,
         detector: StanceDetector | None = None,
     ) -> None:
-        """Remember the settings."""
+        """Store the settings."""
         self.config = config or DEFAULTS
         self.rate_hz = rate_hz
-        self._placed = placed(self.config)
+        self._georeference = georeference(self.config)
 
     def push_block(
         self, t: ArrayLike, accel: ArrayLike, gyro: ArrayLike, mag: ArrayLike | None = None
     ) -> Trajectory:
-        """Take a block of samples in and return the states that came out.
+        """Process a block of samples and return the states that are output.
 
         Parameters
         ----------
@@ -138,21 +139,22 @@ class Navigator(_core.Navigator):
             Angular rate in the sensor frame, rad/s.
         mag : array_like of shape (n, 3), optional
             Magnetic flux density in the sensor frame, calibrated, T.  Rows of NaN, and rows that
-            repeat the one before, are no readings.  Used if ``config.magnetometer.heading`` is set.
+            repeat the one before, are not readings.  Used if ``config.magnetometer.heading`` is
+            set.
 
         Returns
         -------
         Trajectory
-            As many rows as states came out, possibly none.
+            One row for each state that is output, possibly none.
 
         Raises
         ------
         DataError
-            A shape is wrong, a value is not finite, or time goes back; or a magnetometer is to hold
-            the heading, and neither this block nor one before has readings of it.  None of the
-            block was used.
+            A shape is wrong, a value is not finite, or time goes back; or the settings ask for the
+            magnetometer, and neither this block nor an earlier one has readings of it. No sample of
+            the block is used.
         NumericalError
-            The filter cannot go on; :meth:`reset` begins anew.
+            The filter failed; :meth:`reset` restarts it.
         """
         field = None if mag is None else _floats("mag", mag, 2)
         found = self._push_columns(t, accel, gyro, field)
@@ -160,7 +162,7 @@ class Navigator(_core.Navigator):
             return self.push_block(
                 _floats("t", t, 1), _floats("accel", accel, 2), _floats("gyro", gyro, 2), field
             )
-        return Trajectory.of_block(found, self._placed)
+        return LazyTrajectory.of_columns(found, self._georeference)
 
     def flush(self) -> Trajectory:
         """End the data and return the states of the last `latency` samples.
@@ -168,70 +170,65 @@ class Navigator(_core.Navigator):
         Raises
         ------
         DataError
-            The data were ended before.
+            The data are already flushed.
         NumericalError
-            The filter cannot go on.
+            The filter failed.
         """
-        return Trajectory.of_block(self._flush_columns(), self._placed)
+        return LazyTrajectory.of_columns(self._flush_columns(), self._georeference)
 
-    def strides(self) -> list[Stride]:
-        """Return the strides that came to be known since the last call.
+    def strides(self) -> Strides:
+        """Return the strides that were completed since the last call.
 
-        A stride is known once the foot has left the stance that it ends in for 0.1 s, has stood
-        there for 0.5 s, or the data were ended; and with a step-wise smoother when both of its ends
-        came out.  All of this comes `latency` samples after the foot did it.
+        A stride is complete once the foot has left the stance at its end for 0.1 s, has stood
+        there for 0.5 s, or the data are flushed; with a step-wise smoother, once the states of both
+        ends were output.  All of this has the delay of `latency` samples.
 
         Returns
         -------
-        list of Stride
-            In the order of time; their samples are counted over all states that came out since the
-            start.
+        Strides
+            In the order of time, possibly none; their samples are counted over all states that
+            were output since the start.
 
         Raises
         ------
         ConfigError
             The settings do not ask for strides.
         """
-        return list(Steps(**self._stride_columns()))
+        return Strides(**self._stride_columns())
 
     def now(self) -> State | None:
-        """Return the state at the newest sample: the newest that came out, carried forward by the strapdown alone.
+        """Return the state at the newest sample.
+
+        The newest output, extrapolated by the strapdown alone.
 
         Returns
         -------
         State or None
-            None before the first sample; the origin while the start is aligned.
+            None before the first sample; the origin during the alignment.
 
         Raises
         ------
         NumericalError
-            The samples that wait for their decision are too large to integrate.
+            The samples that have no decision yet are too large to integrate.
         """
         fields = self._state_now()
         return None if fields is None else State(**fields)
 
     @property
     def health(self) -> Health:
-        """Trust in the newest state, with what was counted since the start."""
+        """Quality of the newest state, with the counters since the start."""
         return self._health(of_walk=False)
 
     def health_of_walk(self) -> Health:
-        """Return the trust in the whole walk: all that spoke against it since the start was aligned."""
+        """Return the quality of the whole walk: all flags since the alignment."""
         return self._health(of_walk=True)
 
     def _health(self, *, of_walk: bool) -> Health:
         return Health.of_fields(self._health_fields(of_walk))
 
 
-def placed(config: Config) -> dict[str, Any]:
-    """Return what the settings know of where a track lies, as the fields of a `Trajectory`."""
-    output, alignment = config.output, config.alignment
-    heading_known = alignment.heading_deg is not None or alignment.magnetic_field is not None
-    return {"origin": output.origin, "frame": output.frame, "heading_known": heading_known}
-
-
 def _floats(name: str, values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
-    """Return what was given as an array of floats, or say what is wrong with it."""
+    """Return the values as an array of floats, or raise DataError."""
     array = to_floats(name, values)
     if array.ndim != dimensions:
         expected = "(n,)" if dimensions == 1 else "(n, 3)"

@@ -1,4 +1,4 @@
-"""The noise of an inertial sensor in figures: what its Allan deviation says about white noise and biases."""
+"""Noise parameters of an inertial sensor from its Allan deviation."""
 
 from __future__ import annotations
 
@@ -12,43 +12,48 @@ from footnav.errors import ConfigError
 from footnav.recording import Floats
 
 FLICKER_FLOOR = math.sqrt(2 * math.log(2) / math.pi)
-"""Allan deviation of flicker noise over its bias instability, 0.664 (IEEE Std 952-1997, annex C)."""
-
-MODEL_ERROR = 0.03
-"""How well the model is believed to describe a real sensor, as a part of the deviation.
-
-It keeps the shortest averaging times, whose statistical error is tiny, from deciding everything.
+"""Allan deviation of flicker noise over its bias instability, 0.664 (IEEE Std 952-1997, annex C).
 """
 
-WELL_KNOWN, FILTER_BEND = 1000, 0.15
-"""Degrees of freedom from which on the slope of the variance is known to half of the bend that gives a filter away."""
+MODEL_ERROR = 0.03
+"""Relative error of the noise model, as a part of the deviation.
 
-SEEN = 3.0
-"""A term of the variance that is smaller than this many of its standard deviations is not told from none."""
+It limits the weight of the shortest averaging times, whose statistical error is tiny.
+"""
+
+MIN_DEGREES_OF_FREEDOM, MAX_BEND = 1000, 0.15
+"""Degrees of freedom from which on the slope of the variance is known to half of the bend by which
+a low-pass filter is detected.
+"""
+
+SIGNIFICANT = 3.0
+"""A term of the variance that is smaller than this many of its standard deviations is not
+significant.
+"""
 
 CONFIDENCE = 0.95
 _TWO_SIDED, _ONE_SIDED = 1.960, 1.645
 """Standard deviations to the ends of a normal interval of 95 %, and to its upper end alone."""
 
-WANDER_TIME = 100.0
-"""s in which the random walk that stands for a bias instability goes as far as that."""
+EQUIVALENT_WALK_TIME = 100.0
+"""s in which the equivalent random walk reaches the bias instability."""
 
 INFLATION = (2.0, 3.0)
-"""Factors from rest in the laboratory to a worn sensor: of the white noise, and of the bias walk."""
+"""Factors from a sensor at rest to a worn one: of the white noise, and of the bias walk."""
 
 _ROUNDS = 50
 
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of noise, with the interval that holds the true one in 95 % of all recordings.
+    """A noise parameter with its confidence interval of 95 %.
 
     Attributes
     ----------
     value : float or None
-        The estimate; None when the recording is too short, or other noise too strong, to see it.
+        The estimate; None when it is not significant.
     low, high : float
-        Ends of the interval; `low` is 0 for a figure that is not seen, and `high` its upper limit.
+        Limits of the interval; without an estimate `low` is 0 and `high` the upper limit.
     """
 
     value: float | None
@@ -104,7 +109,7 @@ class AxisNoise:
         Returns
         -------
         ndarray, shape (k, 4)
-            Of Q, N, B and K, u; zero for what was not seen.
+            Of Q, N, B and K, u; zero for a term that is not significant.
         """
         figures = np.array([term.value or 0.0 for term in self.terms])
         deviations: Floats = np.sqrt(unit_variances(taus)) * figures
@@ -112,16 +117,16 @@ class AxisNoise:
 
     @property
     def wander(self) -> float | None:
-        """The random walk that a filter should expect of the bias, u/√s, or None when no instability was seen.
+        """Equivalent random walk of the bias for a filter, u/√s, or None when none is significant.
 
-        The larger one of K and of the walk that goes as far as B in 100 s.
+        The larger one of K and of the walk that reaches B in 100 s.
         """
         instability = self.bias_instability.value
-        seen = [
+        significant = [
             self.bias_walk.value,
-            None if instability is None else instability / math.sqrt(WANDER_TIME),
+            None if instability is None else instability / math.sqrt(EQUIVALENT_WALK_TIME),
         ]
-        return _largest(seen)
+        return _largest(significant)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,20 +150,20 @@ class NoiseFigures:
         """Return settings for the filter.
 
         The noise of the worst axis counts.  A sensor on a foot is noisier than on a table: shocks,
-        temperature and supply move its biases, so the figures are inflated.  What moves the samples
-        beyond the sensor's own noise is in ``Config.filter`` and need not be covered here.
+        temperature and supply move its biases, so the figures are inflated.  Process noise beyond
+        that of the sensor is in ``Config.filter``.
 
         Parameters
         ----------
         base : Sensor, optional
-            Settings that keep what was not seen, and all else; the defaults unless given.
+            Settings whose other values are kept; the defaults unless given.
         inflation : tuple of 2 floats
             Factors of the white noise and of the bias walk.
 
         Returns
         -------
         Sensor
-            With the noise densities and bias walks that were seen.
+            With the noise densities and bias walks that are significant.
 
         Raises
         ------
@@ -168,7 +173,7 @@ class NoiseFigures:
         return (base or Sensor()).replace(**self.settings(inflation))
 
     def settings(self, inflation: tuple[float, float] = INFLATION) -> dict[str, float]:
-        """Return the settings of `sensor` that were seen, by name.
+        """Return the settings of `sensor` that were significant, by name.
 
         Parameters
         ----------
@@ -178,7 +183,7 @@ class NoiseFigures:
         Returns
         -------
         dict of str to float
-            Of ``footnav.Sensor``.
+            Of ``footnav.config.Sensor``.
 
         Raises
         ------
@@ -209,10 +214,10 @@ def fit_axis(
 
     The variances of the kinds (IEEE Std 952-1997, annex C) add up; their strengths are the
     non-negative ones under which the observed variances, chi-squared about the sum, are most
-    likely.  One that cannot be told from none is left out, and gets an upper limit only.  Estimates
-    within a decade of averaging time count as one, since they share most of what they know:
-    simulated random walks scatter as much as that says.  Averaging times at which a low-pass filter
-    in the sensor shows are left out.
+    likely.  A term that is not significant is left out, and gets an upper limit only.  Estimates
+    within a decade of averaging time count as one, since they are correlated; the scatter of
+    simulated random walks agrees with that.  Averaging times that a low-pass filter in the sensor
+    affects are left out.
 
     Parameters
     ----------
@@ -237,15 +242,18 @@ def fit_axis(
         parts=unit_variances(taus),
         information=_decades(taus) / (2 / degrees_of_freedom[known] + (2 * MODEL_ERROR) ** 2),
     )
-    seen = list(range(curve.parts.shape[1]))
-    strength, std = _fit(curve, seen)
-    while len(seen) > 1 and (strength / std).min() < SEEN:
-        del seen[int((strength / std).argmin())]
-        strength, std = _fit(curve, seen)
-    found = {term: _seen(*both) for term, *both in zip(seen, strength, std, strict=True)}
+    significant = list(range(curve.parts.shape[1]))
+    strength, std = _fit(curve, significant)
+    while len(significant) > 1 and (strength / std).min() < SIGNIFICANT:
+        del significant[int((strength / std).argmin())]
+        strength, std = _fit(curve, significant)
+    found = {term: _estimate(*both) for term, *both in zip(significant, strength, std, strict=True)}
     return AxisNoise(
         channel,
-        *(found.get(term) or _limit(curve, seen, term) for term in range(curve.parts.shape[1])),
+        *(
+            found.get(term) or _limit(curve, significant, term)
+            for term in range(curve.parts.shape[1])
+        ),
     )
 
 
@@ -267,7 +275,7 @@ def unit_variances(taus: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Curve:
-    """Allan variances (k,), what each kind of noise adds to them (k, 4), and how much each of them tells (k,)."""
+    """Allan variances (k,), those of unit noise of each kind (k, 4), and weights (k,)."""
 
     variance: Floats
     parts: Floats
@@ -275,18 +283,18 @@ class _Curve:
 
 
 def _end_of_filter(taus: Floats, deviation: Floats, degrees_of_freedom: Floats) -> int:
-    """Return the first averaging time at which no low-pass filter in the sensor shows.
+    """Return the first averaging time that no low-pass filter in the sensor affects.
 
     A sum of powers of the averaging time bends upwards in log-log axes: nowhere is it steeper than
-    at its start.  Where a curve falls more steeply later on, a filter has taken noise away before.
+    at its start.  Where a curve falls more steeply later on, a filter has removed noise before.
     """
     slopes = np.gradient(2 * np.log(deviation), np.log(taus))
-    steepest = slopes[degrees_of_freedom > WELL_KNOWN].min(initial=np.inf)
-    return int((slopes <= steepest + FILTER_BEND).argmax())
+    steepest = slopes[degrees_of_freedom > MIN_DEGREES_OF_FREEDOM].min(initial=np.inf)
+    return int((slopes <= steepest + MAX_BEND).argmax())
 
 
 def _decades(taus: Floats) -> Floats:
-    """Return the width in decades of the averaging times that each one stands for."""
+    """Return the width in decades of the averaging times that each one represents."""
     decades: Floats = np.gradient(np.log10(taus))
     return decades
 
@@ -294,8 +302,9 @@ def _decades(taus: Floats) -> Floats:
 def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     """Return the squared strengths of some kinds of noise and their standard deviations.
 
-    The standard deviation of a chi-squared estimate is a part of what it estimates, so each round
-    of least squares weighs with the model of the last one; that ends at the greatest likelihood.
+    The standard deviation of a chi-squared estimate is proportional to its expectation, so the
+    least squares are reweighted with the model of the last round; they converge to the maximum
+    likelihood.
     """
     from scipy.optimize import nnls
 
@@ -303,8 +312,8 @@ def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     for _ in range(_ROUNDS):
         weight = np.sqrt(curve.information) / model
         weighted = curve.parts[:, terms] * weight[:, None]
-        # The strengths differ by many powers of ten; solved for as parts of what is observed, they
-        # do not.
+        # The strengths differ by many powers of ten; scaled by the norms of the columns, they do
+        # not.
         scale = np.linalg.norm(weighted, axis=0)
         strength = nnls(weighted / scale, curve.variance * weight)[0] / scale
         last, model = model, curve.parts[:, terms] @ strength
@@ -314,15 +323,15 @@ def _fit(curve: _Curve, terms: list[int]) -> tuple[Floats, Floats]:
     return strength, std
 
 
-def _seen(strength: float, std: float) -> Figure:
+def _estimate(strength: float, std: float) -> Figure:
     spread = math.exp(_TWO_SIDED * std / strength / 2)
     value = math.sqrt(strength)
     return Figure(value, value / spread, value * spread)
 
 
-def _limit(curve: _Curve, seen: list[int], term: int) -> Figure:
-    """Return how strong a kind of noise may be that was not seen."""
-    strength, std = _fit(curve, [*seen, term])
+def _limit(curve: _Curve, significant: list[int], term: int) -> Figure:
+    """Return the upper limit of a kind of noise that is not significant."""
+    strength, std = _fit(curve, [*significant, term])
     return Figure(None, 0.0, math.sqrt(strength[-1] + _ONE_SIDED * std[-1]))
 
 

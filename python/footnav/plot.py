@@ -1,6 +1,6 @@
 """Pictures of a track, and of a sensor's noise.
 
-Every function draws on the axes it is given, or on a figure of its own that pyplot knows nothing
+Every function draws on the given axes, or on a new figure that pyplot does not manage
 of, and returns the axes or the figure; ``.figure.savefig(...)`` writes it.
 """
 
@@ -17,10 +17,10 @@ from footnav.detection import Detection, detect
 from footnav.detectors import Condition, ThreeCondition
 from footnav.errors import ConfigError, DataError
 from footnav.evaluation import Truth, find_alignment, true_positions
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.recording import STANDARD_GRAVITY
-from footnav.steps import find_stances
+from footnav.strides import find_stances
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ Flags = NDArray[np.bool_]
 
 PICTURES = (".png", ".svg", ".pdf")
 
-# Okabe and Ito's palette: told apart by colour-blind readers and in print.
+# Okabe and Ito's palette, which colour-blind readers can distinguish.
 TRACK = "#0072B2"
 TRUTH = "#D55E00"
 INK = "#333333"
@@ -46,13 +46,13 @@ AXES = {"x": "#0072B2", "y": "#D55E00", "z": "#009E73"}
 BEHIND_TEXT = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.8}
 
 SHARE_DRAWN = 0.1
-"""Part of the variance from which on a kind of noise is drawn on its own."""
+"""Share of the variance from which on a kind of noise is drawn separately."""
 
 
 def plot_track(
     traj: Trajectory, truth: Truth | None = None, ax: Axes | None = None, *, align: str = "yaw"
 ) -> Axes:
-    """Draw a track from above, with the places where the foot stood.
+    """Draw a track from above, with the stances.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def plot_track(
     truth : optional
         As for `footnav.evaluate`; drawn dashed, in the frame of the track.
     ax : Axes, optional
-        Where to draw.
+        Axes to draw on; new ones unless given.
     align : str
-        How the truth is brought to the track, as for `footnav.evaluate`.
+        Alignment of the truth with the track, as for `footnav.evaluate`.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def plot_track(
         When matplotlib is missing.
     """
     _check_not_empty(traj)
-    ax = _axes(ax, "x or east (m)", "y or north (m)")
+    ax = style_axes(ax, "x or east (m)", "y or north (m)")
     if truth is not None:
         position = true_positions(traj, truth)
         position = find_alignment(traj.position, position, align).undo(position)
@@ -100,7 +100,7 @@ def plot_height(
 ) -> Axes:
     """Draw the height over time; parameters, errors and return value as for `plot_track`."""
     _check_not_empty(traj)
-    ax = _axes(ax, "time (s)", "height (m)")
+    ax = style_axes(ax, "time (s)", "height (m)")
     if truth is not None:
         position = true_positions(traj, truth)
         position = find_alignment(traj.position, position, align).undo(position)
@@ -120,7 +120,7 @@ def plot_velocity(traj: Trajectory, ax: Axes | None = None) -> Axes:
     traj : Trajectory
         The track.
     ax : Axes, optional
-        Where to draw.
+        Axes to draw on; new ones unless given.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def plot_velocity(traj: Trajectory, ax: Axes | None = None) -> Axes:
         When matplotlib is missing.
     """
     _check_not_empty(traj)
-    ax = _axes(ax, "time (s)", "speed (m/s)")
+    ax = style_axes(ax, "time (s)", "speed (m/s)")
     _shade(ax, traj.t, traj.zero_velocity)
     ax.plot(traj.t, np.linalg.norm(traj.velocity, axis=1), color=TRACK, lw=0.9)
     ax.set_ylim(bottom=0)
@@ -151,7 +151,7 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
     detection : Detection
         As `footnav.detect` returns it, one sample or more.
     ax : Axes, optional
-        Where to draw.
+        Axes to draw on; new ones unless given.
 
     Returns
     -------
@@ -168,9 +168,10 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
     t, statistic, threshold = detection.t, detection.statistic, detection.threshold
     if not (np.any(statistic > 0) and np.any(threshold > 0)):
         raise DataError(
-            "the detection is empty, or its statistic or threshold is nowhere positive: nothing to draw"
+            "the detection is empty, or its statistic or threshold is nowhere positive: nothing "
+            "to draw"
         )
-    ax = _axes(ax, "time (s)", "detector statistic")
+    ax = style_axes(ax, "time (s)", "detector statistic")
     _shade(ax, t, detection.decision)
     ax.set_yscale("log")
     ax.plot(t, np.where(statistic > 0, statistic, np.nan), color=INK, lw=0.7)
@@ -191,7 +192,7 @@ def plot_detector(detection: Detection, ax: Axes | None = None) -> Axes:
 
 
 def plot_conditions(recording: Recording, detector: ThreeCondition | None = None) -> Figure:
-    """Draw each condition of the three-condition detector as if it were alone, and all of them together.
+    """Draw each condition of the three-condition detector alone, and all of them together.
 
     Wang Libing et al. 2016 compare them so in their fig. 3.
 
@@ -220,7 +221,7 @@ def plot_conditions(recording: Recording, detector: ThreeCondition | None = None
     detector = detector or ThreeCondition()
     every: tuple[Condition, ...] = get_args(Condition)
     panels = [*((condition,) for condition in every), every]
-    figure = _figure((8, 8))
+    figure = make_figure((8, 8))
     for ax, conditions in zip(figure.subplots(len(panels), sharex=True), panels, strict=True):
         plot_detector(detect(recording, detector.replace(conditions=conditions)), ax)
         ax.set_ylabel(conditions[0] if len(conditions) == 1 else "all")
@@ -236,7 +237,7 @@ def overview(
     *,
     align: str = "yaw",
 ) -> Figure:
-    """Draw the track beside its height, its speed and, when given, the detector.
+    """Draw the track with its height, its speed and, when given, the detector.
 
     Parameters
     ----------
@@ -264,7 +265,7 @@ def overview(
         When matplotlib is missing.
     """
     rows = 3 if detection is not None else 2
-    figure = _figure((11, 6))
+    figure = make_figure((11, 6))
     grid = figure.add_gridspec(rows, 2, width_ratios=(1.35, 1))
     plot_track(traj, truth, figure.add_subplot(grid[:, 0]), align=align)
     beside = [figure.add_subplot(grid[0, 1])]
@@ -291,7 +292,7 @@ def save_overview(
     *,
     align: str = "yaw",
 ) -> None:
-    """Write the overview to a picture, whole or not at all.
+    """Write the overview to a picture, atomically.
 
     Parameters
     ----------
@@ -330,8 +331,8 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
         As `footnav.allan` returns it; drawn with the interval that holds the true one in 95 % of
         all recordings.
     figures : NoiseFigures, optional
-        What was fitted: drawn dashed, and each kind of noise dotted where it makes up a tenth of
-        the variance.
+        Fitted noise: drawn dashed, and each kind of noise dotted where it makes up a tenth of the
+        variance.
 
     Returns
     -------
@@ -343,7 +344,7 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
     FootnavError
         When matplotlib is missing.
     """
-    figure = _figure((7, 8))
+    figure = make_figure((7, 8))
     panels = {
         "gyro": ("gyroscope (deg/h)", np.degrees(3600.0)),
         "accel": ("accelerometer (mg)", 1e3 / STANDARD_GRAVITY),
@@ -351,7 +352,7 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
     for ax, (sensor, (label, factor)) in zip(
         figure.subplots(2, sharex=True), panels.items(), strict=True
     ):
-        _axes(ax, "averaging time (s)", f"Allan deviation of the {label}")
+        style_axes(ax, "averaging time (s)", f"Allan deviation of the {label}")
         ax.set(xscale="log", yscale="log")
         for column, channel in enumerate(deviation.channels):
             if channel.startswith(sensor):
@@ -377,7 +378,7 @@ def plot_allan(deviation: AllanDeviation, figures: NoiseFigures | None = None) -
 def _draw_axis(
     ax: Axes, deviation: AllanDeviation, figures: NoiseFigures | None, column: int, factor: float
 ) -> None:
-    """Draw one channel, `factor` times in size."""
+    """Draw one channel, scaled by `factor`."""
     taus, axis = deviation.taus, deviation.channels[column][-1]
     color = AXES[axis]
     ax.fill_between(
@@ -398,7 +399,7 @@ def _draw_axis(
 
 
 def check_picture(path: str | PathLike[str]) -> None:
-    """Raise ConfigError for a file whose suffix names no picture."""
+    """Raise ConfigError for a suffix that is not a format of a picture."""
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
         raise ConfigError(
@@ -407,12 +408,12 @@ def check_picture(path: str | PathLike[str]) -> None:
 
 
 def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
-    """Write a figure to a picture, whole or not at all.
+    """Write a figure to a picture, atomically.
 
     Parameters
     ----------
     figure : Figure
-        What to write.
+        The figure.
     path : path
         ``.png``, ``.svg`` or ``.pdf``.
 
@@ -428,7 +429,7 @@ def save_figure(figure: Figure, path: str | PathLike[str]) -> None:
         figure.savefig(file, format=Path(path).suffix[1:].lower(), dpi=150)
 
 
-def _figure(size: tuple[float, float]) -> Figure:
+def make_figure(size: tuple[float, float]) -> Figure:
     """Make a figure that pyplot does not manage."""
     figure: Figure = require("matplotlib.figure", "footnav[plot]").Figure(
         figsize=size, layout="constrained"
@@ -436,10 +437,10 @@ def _figure(size: tuple[float, float]) -> Figure:
     return figure
 
 
-def _axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
-    """Sober axes, new ones if there are none."""
+def style_axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
+    """Set labels and style of axes, new ones if None."""
     if ax is None:
-        ax = _figure((6, 4.5)).add_subplot()
+        ax = make_figure((6, 4.5)).add_subplot()
     ax.set_xlabel(xlabel, color=INK, fontsize=9)
     ax.set_ylabel(ylabel, color=INK, fontsize=9)
     ax.spines[["top", "right"]].set_visible(False)
@@ -449,7 +450,7 @@ def _axes(ax: Axes | None, xlabel: str, ylabel: str) -> Axes:
 
 
 def _mark_ends(ax: Axes, position: Floats) -> None:
-    """Mark both ends; the legend names them, since a closed walk has them in one place."""
+    """Mark both ends; on a closed walk they coincide, so the legend names them."""
     for label, row, marker, size in (("start", 0, "o", 8), ("end", -1, "s", 5)):
         ax.plot(
             *position[row, :2],

@@ -1,4 +1,4 @@
-"""One recording of an IMU on a shoe, in SI units, checked once when it is made."""
+"""One recording of an IMU on a shoe, in SI units, validated once when it is constructed."""
 
 import dataclasses
 import math
@@ -18,13 +18,13 @@ STANDARD_GRAVITY = 9.80665
 """The g of data sheets, m/s^2; exact by definition."""
 
 MAX_GYRO = 70.0
-"""rad/s, twice the 2000 deg/s of the usual widest range: beyond it the numbers are deg/s."""
+"""rad/s, twice the usual widest range of 2000 deg/s: larger numbers are in deg/s."""
 
 MIN_INTERVAL, MAX_INTERVAL = 50e-6, 0.5
-"""Median interval between stamps, s: outside these bounds the stamps are not in seconds."""
+"""Median interval between stamps, s: outside these limits the stamps are not in seconds."""
 
 QUIET_WINDOW = 0.1
-"""s; a walking foot stands still for longer than this in every stance."""
+"""s; every stance of a walking foot is longer than this."""
 
 
 @dataclass(init=False, frozen=True, slots=True, eq=False, repr=False)
@@ -32,13 +32,13 @@ class Recording:
     """Samples of one foot-mounted IMU.
 
     Arrays are copied, converted to C-contiguous float64 and made read-only.  Nothing is repaired:
-    samples that cannot be used are refused; what is merely imperfect (repeated stamps, gaps) is
-    kept for `footnav.diagnosis.diagnose`.
+    unusable samples are rejected; repeated stamps and gaps are kept for
+    `footnav.diagnosis.diagnose`.
 
     Parameters
     ----------
     t : array_like, shape (n,)
-        Time of each sample, s; never goes back.  Repeated stamps and gaps are allowed.
+        Time of each sample, s; non-decreasing.  Repeated stamps and gaps are allowed.
     accel : array_like, shape (n, 3)
         Specific force along the sensor's axes, m/s^2: at rest the axis that points up reads +g.
     gyro : array_like, shape (n, 3)
@@ -50,9 +50,9 @@ class Recording:
     temperature : array_like, shape (n,), optional
         Temperature of the sensor, degrees Celsius.
     name : str
-        What messages call the recording, usually the file's name.
+        Name in messages, usually the file's name.
     accel_range, gyro_range : float, optional
-        Full scale of the sensors, m/s^2 and rad/s; lets clipping be told from a peak.
+        Full scale of the sensors, m/s^2 and rad/s; needed to detect clipping.
 
     Attributes
     ----------
@@ -62,10 +62,10 @@ class Recording:
     Raises
     ------
     DataError
-        A shape or type is wrong, a value is not finite, time goes back or stands still, or the
-        values are plainly in another unit.
+        A shape or type is wrong, a value is not finite, time goes back or does not advance, or the
+        values are in another unit.
     ConfigError
-        A full scale is not a positive number, or is at odds with the samples.
+        A full scale is not a positive number, or is inconsistent with the samples.
     """
 
     t: Floats
@@ -116,7 +116,7 @@ class Recording:
             raise type(error)(f"{name}: {error}" if name else str(error)) from None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by way of the constructor, so that the arrays stay read-only."""
+        """Pickle through the constructor, so that the arrays stay read-only."""
         return _rebuild, (
             {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init},
         )
@@ -136,26 +136,26 @@ class Recording:
         return float(self.t[-1] - self.t[0])
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the recording to a ``.csv`` or ``.npz`` file, which `footnav.read` gives back to the bit.
+        """Write the recording to ``.csv`` or ``.npz``, which `footnav.read` restores to the bit.
 
         Raises
         ------
         ConfigError
             For another suffix.
         FootnavError
-            For a file that cannot be written, which stays as it was.
+            For a file that cannot be written; an existing one is unchanged.
         """
         from footnav.export.recording import save_recording
 
         save_recording(self, path)
 
     def mean_magnetic_field(self, duration: float) -> tuple[float, float, float]:
-        """Return the mean of the magnetometer over the start of the recording.
+        """Return the mean of the magnetometer at the start of the recording.
 
         Parameters
         ----------
         duration : float
-            How much of the start to average, s; the sensor should be at rest.
+            Length of the average, s; the sensor should be at rest.
 
         Returns
         -------
@@ -179,14 +179,14 @@ def to_floats(label: str, values: ArrayLike) -> Floats:
     Parameters
     ----------
     label : str
-        What the message calls the values.
+        Name of the values in messages.
     values : array_like
         Real numbers of any shape.
 
     Returns
     -------
     ndarray of float64
-        A copy; masked entries become nan, so that they are seen.
+        A copy; masked entries become nan.
 
     Raises
     ------
@@ -207,7 +207,9 @@ def to_floats(label: str, values: ArrayLike) -> Floats:
 
 
 def quiet_level(accel: Floats, rate_hz: float) -> float:
-    """Return the magnitude of the specific force where it is steadiest: gravity, as this sensor sees it.
+    """Return the magnitude of the specific force where it is steadiest.
+
+    Gravity as the sensor measures it.
 
     Parameters
     ----------
@@ -268,7 +270,8 @@ def _check_shapes(recording: Recording) -> None:
         if values.shape != expected:
             cure = "; transpose it" if values.shape == expected[::-1] != expected else ""
             raise DataError(
-                f"{label} has shape {values.shape}; expected {expected}, one row for each stamp{cure}"
+                f"{label} has shape {values.shape}; expected {expected}, one row for each "
+                f"stamp{cure}"
             )
     if n < 2:
         raise DataError(f"there are {n} samples; at least 2 are needed")
@@ -283,13 +286,14 @@ def _check_finite(recording: Recording) -> None:
         value = getattr(recording, label)[tuple(place)]
         channel = f"{label}_{'xyz'[place[1]]}" if len(place) == 2 else label
         raise DataError(
-            f"row {place[0]} (counted from 0): {channel} is {value}; {count} value(s) in all are not finite: "
+            f"row {place[0]} (counted from 0): {channel} is {value}; {count} value(s) in all are "
+            "not finite: "
             "remove the rows or repair the recording"
         )
 
 
 def _checked_interval(t: Floats) -> float:
-    """Return the median of the intervals that are longer than zero, if the stamps are in order and in seconds."""
+    """Return the median of the positive intervals, if the stamps are in order and in seconds."""
     intervals = np.diff(t)
     back = np.flatnonzero(intervals < 0)
     if back.size:
@@ -327,7 +331,10 @@ def _check_accel_unit(accel: Floats, rate_hz: float) -> None:
 
 
 def _accel_problem(level: float, in_g: float, quiet_in_g: float) -> str | None:
-    """Say what is wrong with the scale of the specific force, or None; `level` is its median, m/s^2."""
+    """Describe an error of the scale of the specific force, or return None.
+
+    `level` is its median, m/s^2.
+    """
     if 0.5 <= level <= 1.6:
         return 'the values are in g; read them with accel_unit="g", or multiply them by 9.80665'
     if 500 <= level <= 1600:
@@ -339,11 +346,16 @@ def _accel_problem(level: float, in_g: float, quiet_in_g: float) -> str | None:
     # The median of a runner comes near 2 g, but his stances still read 1 g.
     if in_g > 1.6 and 1.8 <= quiet_in_g <= 2.2:
         return (
-            f"it is about 2 g where the sensor is at rest ({quiet_in_g:.2f} g); accel_range is twice what the sensor "
-            "was set to, or offsets were calibrated for another range (as i2cdevlib's calibration does)"
+            f"it is about 2 g where the sensor is at rest ({quiet_in_g:.2f} g); accel_range is "
+            "twice what the sensor "
+            "was set to, or offsets were calibrated for another range (as i2cdevlib's calibration "
+            "does)"
         )
     if not 0.5 <= in_g <= 2.0:
-        return "neither m/s^2 (about 9.8 at rest) nor g (about 1); raw counts need their full scale (accel_range)"
+        return (
+            "neither m/s^2 (about 9.8 at rest) nor g (about 1); raw counts need their full scale "
+            "(accel_range)"
+        )
     return None
 
 
@@ -351,13 +363,13 @@ def _check_gyro_unit(gyro: Floats) -> None:
     peak = float(np.abs(gyro).max())
     if peak > MAX_GYRO:
         raise DataError(
-            f"|gyro| reaches {peak:.4g} rad/s, which no foot does: the values are in deg/s; "
+            f"|gyro| reaches {peak:.4g} rad/s, which is beyond any foot: the values are in deg/s; "
             'read them with gyro_unit="deg/s", or multiply them by pi/180'
         )
 
 
 def _check_range(label: str, unit: str, samples: Floats, full_scale: float | None) -> None:
-    """Refuse a full scale that the samples exceed by more than a calibration can explain."""
+    """Reject a full scale that the samples exceed by more than a calibration can explain."""
     peak = float(np.abs(samples).max())
     if full_scale is not None and peak > 1.2 * full_scale:
         raise ConfigError(

@@ -1,4 +1,4 @@
-"""What groups of settings have in common: they are immutable, know their keys, and travel to the core as JSON."""
+"""Groups of settings: immutable, with known keys, passed to the core as JSON."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 S = TypeVar("S", bound=Settings)
 
 _CONVERTING = threading.Lock()
-"""msgspec finds out about a type when it is converted to for the first time, which two threads must not do at once."""
+"""msgspec examines a type at its first conversion, which two threads must not do at once."""
 
 
 def encode(settings: Settings | dict[str, Any]) -> bytes:
@@ -121,7 +121,7 @@ def _types(section: type[msgspec.Struct]) -> dict[str, Any]:
 
 
 def _section_for(declared: Any, value: Any, name: str) -> type[msgspec.Struct] | None:
-    """Return the section that a table of settings is for, by its `kind` where several are possible."""
+    """Return the section of a table of settings, by its `kind` where several are possible."""
     sections = [
         c
         for c in (declared, *get_args(declared))
@@ -150,4 +150,5 @@ def unknown_kind(found: str, kind: str, known: dict[str, Any]) -> str:
 
 
 def _unknown(key: str, known: tuple[str, ...]) -> str:
-    return f"unknown setting {key!r}: known here are {', '.join(known)}{nearest(key.rpartition('.')[2], known)}"
+    hint = nearest(key.rpartition(".")[2], known)
+    return f"unknown setting {key!r}: known here are {', '.join(known)}{hint}"

@@ -1,7 +1,7 @@
-"""Walks that never were: samples of a sensor on a shoe, and the truth behind them.
+"""Simulated walks: samples of a sensor on a shoe, and the true track.
 
-The samples are the exact inverse of the mechanization: an ideal sensor leads back to the truth to
-rounding, and what a navigator gets wrong is its own doing, or the sensor's.
+The samples are the exact inverse of the mechanization: with an ideal sensor a navigator recovers
+the truth to rounding.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ class Waypoint(Settings, frozen=True, kw_only=True):
     Attributes
     ----------
     position : tuple of 3 floats
-        Where the sole goes, n frame, m.
+        Position of the sole, n frame, m.
     tread : bool
-        Whether the way to here is a single stride onto a tread of stairs; if not, it is divided
-        into strides.
+        Whether the leg to this point is a single stride onto a tread of stairs; if not, it is
+        divided into strides.
     lift : bool
-        Whether a lift carries the walker here, straight up or down, while the foot stands.
+        Whether a lift moves the walker vertically to this point, with the foot at rest.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
@@ -74,7 +74,7 @@ class Route(Settings, frozen=True, kw_only=True):
 
     @classmethod
     def rectangle(cls, length: float, width: float) -> Route:
-        """Go once around a rectangle of `length` m along x and `width` m along y, back to the start."""
+        """Go once around a rectangle, `length` m along x by `width` m along y, anticlockwise."""
         return _route("rectangle", length, width)
 
     @classmethod
@@ -91,7 +91,10 @@ class Route(Settings, frozen=True, kw_only=True):
     def stairs(
         cls, floors: int, risers: int = 12, riser: float = 0.17, tread: float = 0.29
     ) -> Route:
-        """Climb `floors` flights of `risers` each (m high, m deep) with landings; a negative `riser` leads down."""
+        """Climb `floors` flights of `risers` each (m high, m deep) with landings.
+
+        A negative `riser` leads down.
+        """
         return _route("stairs", floors, risers, riser, tread)
 
 
@@ -104,19 +107,19 @@ class Gait(Settings, frozen=True, kw_only=True):
     Attributes
     ----------
     stride_length : float
-        Way from one foothold of this foot to its next one, m.
+        Distance from one foothold of this foot to the next, m.
     stride_duration : float
         Time from one heel-off to the next one, s.
     stance_share : float
         Share of the stride from heel strike to toe-off.
     swing_clearance : float
-        Lift of the sole in mid-swing on top of what the rolling of the foot lifts it, m.
+        Lift of the sole in mid-swing in addition to that by the roll of the foot, m.
     heel_off_pitch, heel_strike_pitch : float
         Pitch of the foot at toe-off and at heel strike, rad, toes up positive.
     impact : float
         Peak of the oscillation after heel strike, m/s².
     stance_roll : float
-        How far the foot rolls inwards while it stands flat, rad.
+        Inward roll of the foot in stance, rad.
     tremor : float
         Root mean square of the angular rate by which each axis trembles, rad/s.
     sensor_position : tuple of 3 floats
@@ -161,7 +164,9 @@ class Gait(Settings, frozen=True, kw_only=True):
 
 
 class TriadErrors(Settings, frozen=True, kw_only=True):
-    """Errors of three orthogonal axes, in the unit u of the sensor (m/s² or rad/s); none by default.
+    """Errors of three orthogonal axes, in the unit u of the sensor (m/s² or rad/s).
+
+    None by default.
 
     Attributes
     ----------
@@ -216,7 +221,9 @@ class SensorErrors(Settings, frozen=True, kw_only=True):
 
     @classmethod
     def preset(cls, name: str) -> SensorErrors:
-        """Return a known sensor: "ideal", "mpu6050", "mti-g710" or "stim300", with the figures of its data sheet.
+        """Return a known sensor.
+
+        "ideal", "mpu6050", "mti-g710" or "stim300", with the figures of its data sheet.
 
         Raises
         ------
@@ -242,11 +249,11 @@ def simulate(
     Parameters
     ----------
     path : Route or array_like of shape (n, 2) or (n, 3)
-        Where to go, in n, m.
+        The route, in n, m.
     gait : Gait or str
-        How to walk; a string names a preset.
+        The gait; a string names a preset.
     sensor : SensorErrors or str
-        What the sensor gets wrong; a string names a preset.
+        Sensor errors; a string names a preset.
     seed : int
         The same seed gives the same walk; a change of the sensor does not change the walk.
     rate_hz : float
@@ -256,20 +263,20 @@ def simulate(
     gravity : float, optional
         m/s²; the default is that of ``Config()``.
     mechanization : {"two-sample", "single-sample", "first-order"}
-        The strapdown that an ideal sensor leads back to the truth with.
+        The mechanization of which the samples are the exact inverse.
 
     Returns
     -------
     recording : Recording
-        What the sensor reads.
+        Readings of the sensor.
     truth : Trajectory
-        Position, velocity, attitude and biases at each sample, and where the foot stands flat on
-        ground that is at rest.
+        Position, velocity, attitude and biases at each sample, and the stances, on ground that is
+        at rest.
 
     Raises
     ------
     ConfigError
-        A parameter that makes no sense, by name.
+        A parameter is out of range; the message names it.
     """
     route = path if isinstance(path, Route) else Route.through(path)
     sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
@@ -319,14 +326,14 @@ def simulate_rest(
     rate_hz: float = 200.0,
     gravity: float | None = None,
 ) -> Recording:
-    """Leave a sensor on a table, its z axis up, and record it.
+    """Simulate a sensor at rest on a table, its z axis up.
 
     Parameters
     ----------
     duration : float
         How long, s.
     sensor : SensorErrors or str
-        What the sensor gets wrong; a string names a preset.
+        Sensor errors; a string names a preset.
     seed : int
         The same seed gives the same sensor and the same noise.
     rate_hz : float
@@ -337,12 +344,12 @@ def simulate_rest(
     Returns
     -------
     Recording
-        What the sensor reads.
+        Readings of the sensor.
 
     Raises
     ------
     ConfigError
-        A parameter that makes no sense, by name.
+        A parameter is out of range; the message names it.
     """
     sensor = SensorErrors.preset(sensor) if isinstance(sensor, str) else sensor
     settings = {"rate_hz": rate_hz, "seed": seed} | (

@@ -1,4 +1,4 @@
-"""Batch: a whole recording in, its track out."""
+"""Batch processing of a whole recording."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import numpy as np
 
 from footnav import _core
 from footnav.config import DEFAULTS, Config
-from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
+from footnav.errors import DataError, FootnavError, FootnavWarning
+from footnav.georeference import georeference
 from footnav.health import Flag, Health
-from footnav.navigator import placed
-from footnav.steps import Steps
+from footnav.strides import Strides
 from footnav.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike
+    from typing_extensions import TypeIs
 
+    from footnav.protocols import StanceDetector
     from footnav.recording import Recording
-    from footnav.stance import StanceDetector
 
 BLOCK = 20_000
-"""Samples between two looks at the keyboard and two reports of progress."""
+"""Samples between two checks for interrupts and two reports of progress."""
 
 
 def track(
     recording: Recording,
     config: Config | None = None,
     *,
-    stationary: ArrayLike | None = None,
-    detector: StanceDetector | None = None,
+    detector: StanceDetector | ArrayLike | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Track a whole recording.
@@ -40,19 +40,17 @@ def track(
     Parameters
     ----------
     recording : Recording
-        The samples.  Its full-scale ranges are used where the settings name none, its magnetometer
-        if the settings ask for it.
+        The samples.  Its full-scale ranges apply where the settings have none, its magnetometer if
+        the settings ask for it.
     config : Config, optional
         Settings; the defaults need no tuning.
-    stationary : array_like of bool of shape (n,), optional
-        Where the foot is at rest on the ground, sample by sample: decided by the caller instead of
-        a detector.
-    detector : StanceDetector, optional
-        A stance detector of one's own instead of the one that the settings name; what it raises
-        comes out of here.
+    detector : StanceDetector or array_like of bool of shape (n,), optional
+        Takes the place of the detector that the settings name: an object with the members of
+        `footnav.protocols.StanceDetector`, whose exceptions propagate, or one decision for each
+        sample, True where the foot is at rest on the ground.
     progress : callable, optional
-        Called with the share of the samples that is done, 0 to 1, and with 1 again while a smoother
-        goes back over them; what it raises ends the work.
+        Called with the share of the samples that is done, 0 to 1, and with 1 again during the
+        backward pass of a smoother; an exception that it raises cancels the run.
 
     Returns
     -------
@@ -62,23 +60,20 @@ def track(
     Raises
     ------
     ConfigError
-        Settings at odds with each other, both `stationary` and `detector`, or a detector that is no
-        `footnav.StanceDetector`.
+        Settings are inconsistent, or an object is not a `StanceDetector`.
     DataError
-        The samples cannot be used, or are fewer than the alignment needs; a magnetometer is to hold
-        the heading, and there is none; `stationary` is not a bool for each; a smoother or a
-        correction found no stance to go by.
+        The samples cannot be used, or are fewer than the alignment needs; the settings ask for a
+        magnetometer, and there is none; `detector` is an array of another type or length; a
+        smoother or a correction found no stance.
     NumericalError
-        The filter cannot go on.
+        The filter failed.
 
     Warns
     -----
     FootnavWarning
-        Repeated stamps, gaps, clipping or a start in motion: the track is honest, but less certain.
+        Repeated stamps, gaps, clipping or a start in motion: the track is less certain.
     """
-    trajectory = track_quietly(
-        recording, config or DEFAULTS, stationary=stationary, detector=detector, progress=progress
-    )
+    trajectory = track_quietly(recording, config or DEFAULTS, detector=detector, progress=progress)
     if trajectory.health is not None:
         _warn(recording.name, trajectory.health)
     return trajectory
@@ -88,16 +83,15 @@ def track_quietly(
     recording: Recording,
     config: Config,
     *,
-    stationary: ArrayLike | None = None,
-    detector: StanceDetector | None = None,
+    detector: StanceDetector | ArrayLike | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Track a whole recording and leave what speaks against the track to its health; see `track`."""
+    """Track a whole recording without warnings, which are flags of its health; see `track`."""
     config = with_ranges_of(recording, config)
     report = progress or (lambda _: None)
     mag = recording.mag if config.magnetometer.heading else None
     try:
-        batch = _batch(recording, config, stationary, detector)
+        batch = _batch(recording, config, detector)
         for start in range(0, len(recording), BLOCK):
             rows = slice(start, start + BLOCK)
             field = None if mag is None else mag[rows]
@@ -108,38 +102,37 @@ def track_quietly(
         if recording.name:
             error.args = (f"{recording.name}: {error}",)
         raise
-    steps = None if strides is None else Steps(**strides)
     health = Health.of_fields(fields)
     return Trajectory.of_core(
-        columns, **placed(config), name=recording.name, health=health, filter_steps=steps
+        columns,
+        **georeference(config)._asdict(),
+        name=recording.name,
+        health=health,
+        filter_strides=None if strides is None else Strides(**strides),
     )
 
 
 def _batch(
-    recording: Recording,
-    config: Config,
-    stationary: ArrayLike | None,
-    detector: StanceDetector | None,
+    recording: Recording, config: Config, detector: StanceDetector | ArrayLike | None
 ) -> _core.Batch:
-    if stationary is None:
-        return _core.Batch(config.to_json(), recording.rate_hz, detector)
-    if detector is not None:
-        raise ConfigError(
-            "stationary and detector both decide where the foot is at rest: keep one of them"
-        )
-    return _core.Batch(
-        config.to_json(), recording.rate_hz, stationary=_decisions(stationary, len(recording))
-    )
+    if _is_array(detector):
+        decisions = _decisions(detector, len(recording))
+        return _core.Batch(config.to_json(), recording.rate_hz, stationary=decisions)
+    return _core.Batch(config.to_json(), recording.rate_hz, detector)
 
 
-def _decisions(stationary: ArrayLike, samples: int) -> list[bool]:
-    """Return one bool for each sample, or say what is wrong with what was given."""
-    decisions = np.asarray(stationary)
+def _is_array(detector: StanceDetector | ArrayLike | None) -> TypeIs[ArrayLike]:
+    return hasattr(detector, "__array__") or isinstance(detector, list | tuple)
+
+
+def _decisions(detector: ArrayLike, samples: int) -> list[bool]:
+    """Return one bool for each sample, or raise DataError."""
+    decisions = np.asarray(detector)
     if decisions.dtype != np.bool_:
-        raise DataError(f"stationary is an array of {decisions.dtype}; expected bool")
+        raise DataError(f"detector is an array of {decisions.dtype}; expected bool")
     if decisions.shape != (samples,):
         raise DataError(
-            f"stationary has shape {decisions.shape}; expected ({samples},), one bool for each sample"
+            f"detector has shape {decisions.shape}; expected ({samples},), one bool for each sample"
         )
     values: list[bool] = decisions.tolist()
     return values
@@ -166,7 +159,8 @@ def _warn(name: str, health: Health) -> None:
         f"{counters.repeated:,} samples repeat the stamp of the one before": counters.repeated,
         f"samples are missing in {counters.gaps:,} place{'s' if counters.gaps > 1 else ''}": counters.gaps,
         f"{counters.clipped:,} samples are clipped at full scale: choose a wider range": counters.clipped,
-        f"in {bent:,} of {stances:,} stances the magnetic field disagreed with that at the start and was not used: "
+        f"in {bent:,} of {stances:,} stances the magnetic field disagreed with that at the start "
+        "and was not used: "
         "calibrate the magnetometer, and start away from iron": bent > stances / 2,
         "the recording starts in motion: keep the foot still for a second first": Flag.MOVING_START
         in flags,

@@ -18,11 +18,11 @@ pub use crate::calibration::Calibration;
 pub use crate::detectors::registry::*;
 pub use crate::detectors::three_condition::Condition;
 pub use crate::filter::settings::{AttitudeUpdate, FilterConfig, FilterKind};
+pub use crate::gait::correction::{CorrectionConfig, CorrectionKind};
 pub use crate::ins::alignment::{AlignmentConfig, Axis, Levelling};
 pub use crate::ins::mechanization::MechanizationConfig;
-pub use crate::pipeline::gait_correction::{CorrectionConfig, CorrectionKind};
-pub use crate::pipeline::health_settings::HealthConfig;
 pub use crate::smoother::settings::{SmootherConfig, SmootherKind};
+pub use crate::types::health_settings::HealthConfig;
 pub use crate::types::sensor::SensorConfig;
 pub use presets::PRESETS;
 

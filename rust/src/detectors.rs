@@ -27,7 +27,6 @@ pub(crate) mod three_condition;
 pub(crate) mod window_test;
 pub(crate) mod windowed_energies;
 
-pub use crate::pipeline::detection::{decide_all, decide_all_with};
 pub use adaptive_shoe::AdaptiveShoe;
 pub use detector::{Decision, Detector};
 pub use scripted::Scripted;

@@ -169,6 +169,16 @@ pub enum DataError {
          pass its readings with the samples (mag), or leave the setting out"
     )]
     NoField,
+    /// A reading of an aid is invalid.
+    #[error("the reading at {time} s has {found}; expected {expected}")]
+    InvalidReading {
+        /// Stamp of the reading, s.
+        time: f64,
+        /// Invalid values of the reading.
+        found: String,
+        /// Expected values.
+        expected: &'static str,
+    },
     /// The magnetic field has no horizontal component.
     #[error("the magnetic field {field:?} has no horizontal component, so it gives no heading")]
     VerticalField {

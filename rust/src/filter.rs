@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and every estimated error is added to the estimate and forgotten.  The covariance is propagated
-//! and reduced as 3x3 blocks, see [`covariance`], and in the swing over a few steps at once.
+//! and reduced as 3x3 blocks, and in swing in batches of a few intervals.
 //!
 //! # References
 //! - Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial
@@ -18,6 +18,8 @@
 //! - P. D. Groves, "Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems",
 //!   2nd ed., 2013: ch. 14 (error-state integration).
 
+#[doc(hidden)]
+pub mod bench;
 pub(crate) mod cloning;
 pub(crate) mod covariance;
 pub(crate) mod error_state;
@@ -29,6 +31,7 @@ pub(crate) mod process_noise;
 pub(crate) mod propagation;
 pub(crate) mod recorder;
 pub(crate) mod settings;
+pub(crate) mod setup;
 pub(crate) mod transition;
 
 pub use covariance::Covariance;

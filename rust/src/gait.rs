@@ -42,6 +42,7 @@
 //! - S. I. Roumeliotis, J. W. Burdick, "Stochastic Cloning: A Generalized Framework for Processing
 //!   Relative State Measurements", ICRA 2002.
 
+pub(crate) mod correction;
 pub(crate) mod segmenter;
 pub(crate) mod stance;
 pub(crate) mod stride;

@@ -26,13 +26,16 @@ mod progress;
 mod python;
 pub mod settings;
 pub mod simulation;
+#[expect(clippy::inline_always, reason = "as math::simd")]
 mod smoother;
 pub mod types;
 
+pub use aiding::Reading;
 pub use config::Config;
 pub use error::{ConfigError, DataError, Error, NumericalError};
 pub use gait::Stride;
 pub use pipeline::batch::{Batch, track};
+pub use pipeline::detection::{decide_all, decide_all_with};
 pub use pipeline::health_monitor::Health;
 pub use pipeline::navigator::Navigator;
 pub use types::sample::{ImuSample, MagSample};

@@ -1,49 +1,30 @@
 //! The extension module `footnav._core`: each wrapper converts and delegates.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
-use crate::config::{AdaptiveShoeConfig, Config, DetectorConfig, PRESETS};
-use crate::error::{ConfigError as CoreConfigError, Error};
+use crate::config::{Config, PRESETS};
+use crate::detectors::adaptive_shoe::AdaptiveShoeConfig;
+use crate::detectors::registry::DetectorConfig;
 use crate::pipeline::detection::{configured, decide_all_with};
 use crate::python::block::Block;
+use crate::python::conversion::{check_signals, from_json, to_json};
 use crate::python::detector::PyDetector;
 
 mod allan;
 mod batch;
 mod block;
 mod calibration;
+mod conversion;
 mod detector;
+mod errors;
 mod exclusive;
 mod gait;
 mod navigator;
 mod rest;
 mod simulation;
 mod validation;
-
-pyo3::import_exception!(footnav.errors, BusyError);
-pyo3::import_exception!(footnav.errors, ConfigError);
-pyo3::import_exception!(footnav.errors, DataError);
-pyo3::import_exception!(footnav.errors, NumericalError);
-
-impl From<Error> for PyErr {
-    fn from(error: Error) -> Self {
-        match error {
-            Error::Config(error) => ConfigError::new_err(error.to_string()),
-            Error::Data(error) => DataError::new_err(error.to_string()),
-            Error::Numerical(error) => NumericalError::new_err(error.to_string()),
-        }
-    }
-}
-
-impl From<CoreConfigError> for PyErr {
-    fn from(error: CoreConfigError) -> Self {
-        ConfigError::new_err(error.to_string())
-    }
-}
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -154,32 +135,4 @@ fn detect<'py>(
     columns
         .set_item("decision", PyArray1::from_iter(py, decisions.iter().map(|d| d.stationary)))?;
     Ok(columns)
-}
-
-/// Lets an interrupt end the work of the main thread.
-#[expect(
-    clippy::redundant_closure_for_method_calls,
-    reason = "the method itself is not general enough"
-)]
-fn check_signals() -> PyResult<()> {
-    Python::attach(|py| py.check_signals())
-}
-
-fn to_json(settings: &impl Serialize) -> PyResult<String> {
-    serde_json::to_string(settings).map_err(|error| ConfigError::new_err(error.to_string()))
-}
-
-fn from_json<T: DeserializeOwned>(text: &[u8]) -> PyResult<T> {
-    let mut json = serde_json::Deserializer::from_slice(text);
-    serde_path_to_error::deserialize(&mut json)
-        .map_err(|error| ConfigError::new_err(format!("{}: {}", error.path(), error.inner())))
-}
-
-/// An (n, N) array that takes over the memory of `rows`.
-fn matrix<const N: usize>(
-    py: Python<'_>,
-    rows: Vec<[f64; N]>,
-) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    let shape = [rows.len(), N];
-    PyArray1::from_vec(py, rows.into_flattened()).reshape(shape)
 }

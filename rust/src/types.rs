@@ -1,9 +1,9 @@
 //! What passes between the stages: samples, states, solutions, trajectories and health.
 
 pub mod health;
+pub(crate) mod health_settings;
 pub mod nav_state;
 pub mod rate;
-pub(crate) mod row_buffer;
 pub mod sample;
 pub mod sensor;
 pub mod solution;

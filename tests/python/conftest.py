@@ -8,14 +8,14 @@ import pytest
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _interrupts_are_heard() -> None:
-    """Hear Ctrl-C even where the tests run in the background of a script, whose shell has it ignored."""
+def _interrupts_are_enabled() -> None:
+    """Enable Ctrl-C in background jobs of a script, whose shell ignores it."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """Folder of the real recordings, or a skip that says how to provide them."""
+    """Folder of the real recordings, or a skip with instructions."""
     folder = os.environ.get("FOOTNAV_DATA")
     if not folder:
         pytest.skip("FOOTNAV_DATA is unset: it names the folder with the real recordings")

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use footnav::config::FilterConfig;
+use footnav::decide_all;
 use footnav::detectors::Decision;
-use footnav::detectors::decide_all;
 use footnav::ins::strapdown::{Increments, MechanizationKind, Strapdown, StrapdownStep};
 use footnav::math::rotation::{cross_matrix, exp};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};

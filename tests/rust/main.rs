@@ -6,6 +6,7 @@ mod detectors;
 mod lever_arm;
 mod linear_cost;
 mod navigator;
+mod position_fix;
 mod progress;
 mod simulation;
 mod strides;

@@ -1,8 +1,8 @@
 //! The public interface of the navigator.
 
 use footnav::config::{AlignmentConfig, DetectorConfig, MagnitudeVarianceConfig, ShoeConfig};
+use footnav::decide_all;
 use footnav::detectors::Scripted;
-use footnav::detectors::decide_all;
 use footnav::detectors::{Decision, Detector};
 use footnav::ins::strapdown::MechanizationKind;
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk, simulate};

@@ -1,12 +1,12 @@
 //! Long computations call their progress function every 10,000 samples, and its error cancels them.
 
 use footnav::config::{SmootherConfig, SmootherKind};
-use footnav::detectors::{decide_all, decide_all_with};
 use footnav::simulation::{
     Gait, Route, SensorErrors, SimulationSettings, rest, rest_with_progress, simulate,
     simulate_with_progress,
 };
 use footnav::{Batch, Config, ConfigError, Error, ImuSample};
+use footnav::{decide_all, decide_all_with};
 
 const RATE: f64 = 200.0;
 

@@ -1,9 +1,9 @@
-"""Calibration of the sensors, from recordings that anyone can make on a table.
+"""Calibration of the sensors from recordings on a table.
 
 `calibrate_accel` and `calibrate_six_position` take a recording of rests in many poses,
 `calibrate_gyro` one at rest, `calibrate_temperature` one that warms up at rest, `calibrate_mag` one
-that is turned all around.  Each returns a `SensorCalibration`, which corrects recordings and
-settles the navigator's settings.
+with rotations about all axes.  Each returns a `SensorCalibration`, which corrects recordings and
+provides settings of the navigator.
 """
 
 from footnav.calibration.accel import calibrate_accel

@@ -1,7 +1,7 @@
-"""The accelerometer from the poses in which it rested.
+"""Calibration of the accelerometer from rests in many poses.
 
-At rest a correct accelerometer reads gravity, whichever way it lies.  Bias, scale and misalignment
-are what makes it so in all poses: the first stage of D. Tedaldi, A. Pretto, E. Menegatti, "A robust
+At rest a correct accelerometer reads gravity in every pose.  Bias, scale and misalignment are
+estimated from this condition: the first stage of D. Tedaldi, A. Pretto, E. Menegatti, "A robust
 and easy to implement method for IMU calibration without external equipments", ICRA 2014, eq. 10.
 Two choices differ from the paper.  The residual is the difference of the magnitudes, not of their
 squares, so that it is in m/s².  The product T K of misalignment and scale is one lower triangular
@@ -19,24 +19,24 @@ from footnav.calibration import mpu6050
 from footnav.calibration.fit import Fit, fit
 from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.poses import count_distinct, missing_sides
+from footnav.calibration.provenance import as_recordings, check_setup, provenance
 from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import fit_rotations
 from footnav.config import Config, Mechanization
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 LOWER = np.tril_indices(3)
 """Rows and columns of the six elements of the matrix that are not zero."""
 
 FEWEST_POSES = 9
-"""As many as there are parameters (Tedaldi et al., section III)."""
+"""The number of parameters (Tedaldi et al., section III)."""
 
 WORST_CONDITION = 30.0
-"""Twelve spread poses give about 3; beyond this, errors of a percent look alike."""
+"""Twelve spread poses give about 3; beyond this, errors of a percent are indistinguishable."""
 
 
 def calibrate_accel(
@@ -48,13 +48,13 @@ def calibrate_accel(
     device: str = "",
     setup: Setup | None = None,
 ) -> SensorCalibration:
-    """Calibrate the accelerometer, and the gyroscope where the recording allows it, from rests in many poses.
+    """Calibrate the accelerometer, and if possible the gyroscope, from rests in many poses.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
-        Each starts at rest; the sensor is then laid down in pose after pose, at least nine in all,
-        on all six sides and in between, and rests a second or more in each.
+        Each starts at rest; the sensor is then placed in at least nine poses in all, on all six
+        sides and in between, and rests a second or more in each.
     gravity : float, optional
         Gravity where they were made, m/s².
     latitude_deg : float, optional
@@ -62,23 +62,23 @@ def calibrate_accel(
     initial : float
         Length of the rest at the start, s, from which the limits of rest are taken.
     device : str
-        What the device is called.
+        Name of the device.
     setup : Setup, optional
         Registers of the MPU6050.
 
     Returns
     -------
     SensorCalibration
-        With `accel`, and with `gyro`, whose note says what could not be measured of it.
+        With `accel`, and with `gyro`, whose note reports what could not be measured.
 
     Raises
     ------
     DataError
         The recording does not start at rest, there are too few poses or too similar ones (the
-        message says which are missing), the accelerometer is off by a power of two or by whole g,
+        message names the missing ones), the accelerometer is off by a power of two or by whole g,
         with the likely cause, or a turn between two poses clips or has a gap.
     ConfigError
-        Full scales or gravity make no sense.
+        Full scales or gravity are out of range.
 
     See Also
     --------
@@ -96,8 +96,8 @@ def calibrate_accel(
         device=device,
         gravity=standard,
         mpu6050=setup,
-        accel=_triad(found, len(pooled(rests))).replace(**origin(walks, "accel")),
-        gyro=gyro.replace(**origin(walks, "gyro")),
+        accel=_triad(found, len(pooled(rests))).replace(**provenance(walks, "accel")),
+        gyro=gyro.replace(**provenance(walks, "gyro")),
     )
 
 
@@ -111,12 +111,12 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
     gravity : float
         m/s².
     name : str
-        What messages call the recording.
+        Name of the recording in messages.
 
     Returns
     -------
     Fit
-        Of the parameters that `unpack` takes apart.
+        Fit of the parameters that `unpack` converts.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def fit_accel(rests: Rests, gravity: float, name: str = "") -> Fit:
 
 
 def unpack(parameters: Floats) -> tuple[Floats, Floats]:
-    """Return the lower triangular matrix, shape (3, 3), and the bias, shape (3,), that nine parameters stand for."""
+    """Convert nine parameters to the lower triangular matrix (3, 3) and the bias (3,)."""
     matrix = np.zeros((3, 3))
     matrix[LOWER] = parameters[:6]
     return matrix, parameters[6:]
@@ -161,7 +161,10 @@ def _triad(found: Fit, observations: int) -> Triad:
 
 
 def _middle(accel: Floats, gravity: float) -> Floats:
-    """Return the centre of the sphere that fits best: |a|² = 2 a·c + r² - |c|², linear in c and the constant."""
+    """Return the centre of the sphere that fits best.
+
+    |a|² = 2 a·c + r² - |c|², linear in c and the constant.
+    """
     design = np.column_stack([2 * accel / gravity, np.ones(len(accel))])
     solution = np.linalg.lstsq(design, np.square(accel).sum(axis=1) / gravity, rcond=None)[0]
     centre: Floats = solution[:3]
@@ -169,7 +172,7 @@ def _middle(accel: Floats, gravity: float) -> Floats:
 
 
 def check_range(rests: Rests, label: str) -> None:
-    """Raise DataError if the accelerometer reads a power of two of gravity in every pose."""
+    """Raise DataError if the accelerometer reads gravity times a power of two in every pose."""
     if not len(rests):
         return
     levels = np.linalg.norm(rests.accel, axis=1)
@@ -191,13 +194,17 @@ def _check_poses(rests: Rests, label: str) -> None:
     if poses < FEWEST_POSES:
         lacking.append(f"{FEWEST_POSES - poses} more poses, such as edges down")
     raise DataError(
-        f"{label}: {len(rests)} rest(s) in {poses} different pose(s); {FEWEST_POSES} or more are needed, on all "
+        f"{label}: {len(rests)} rest(s) in {poses} different pose(s); {FEWEST_POSES} or more are "
+        "needed, on all "
         f"six sides; missing: {', '.join(lacking)}"
     )
 
 
 def _offset(accel: Floats) -> Floats:
-    """Return the middle of the extremes where they are plainly off-centre: an offset of a g hides a side."""
+    """Return the middle of the extremes where they are clearly off-centre.
+
+    An offset of 1 g hides a side.
+    """
     middle: Floats = (accel.max(axis=0) + accel.min(axis=0)) / 2
     spread = np.ptp(accel, axis=0)
     return np.where(spread > 12.0, middle, 0.0)
@@ -209,6 +216,7 @@ def _check_result(found: Fit, label: str) -> None:
         raise DataError(f"{label}: {problem}")
     if found.condition > WORST_CONDITION:
         raise DataError(
-            f"{label}: the poses are too similar: the condition number is {found.condition:.0f}, more than "
+            f"{label}: the poses are too similar: the condition number is {found.condition:.0f}, "
+            "more than "
             f"{WORST_CONDITION:g}; add poses on edges and corners, each way up"
         )

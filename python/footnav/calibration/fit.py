@@ -1,4 +1,4 @@
-"""Least squares that outliers do not spoil, with the standard deviation of every parameter."""
+"""Robust least squares with the standard deviation of every parameter."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from footnav.errors import NumericalError
 from footnav.recording import Floats
 
 OUTLIER = 3.0
-"""Residual, in standard deviations, from which on its weight falls."""
+"""Residual, in standard deviations, beyond which its weight decreases."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What a fit found.
+    """Result of a fit.
 
     Attributes
     ----------
@@ -42,12 +42,12 @@ class Fit:
 
 
 def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fit:
-    """Find the parameters that make residuals small.
+    """Find the parameters with the smallest residuals.
 
-    A sum of absolute values tells the outliers, whose weight then falls as Huber's does (scipy's
-    `least_squares`).  The standard deviations that are given are enlarged, all by the same factor,
-    where the residuals turn out larger: by their median, to set the limit of an outlier, and by
-    chi-square in the end.
+    A soft L1 fit identifies the outliers, whose weight is then that of Huber (scipy's
+    `least_squares`).  The given standard deviations are inflated by a common factor where the
+    residuals are larger: by their median for the limit of an outlier, and by chi-square for the
+    covariance.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
     Raises
     ------
     NumericalError
-        The search did not converge, or the residuals say nothing of some parameter.
+        The search did not converge.
     """
     from scipy.optimize import least_squares
 
@@ -94,13 +94,16 @@ def fit(residuals: Callable[[Floats], Floats], start: Floats, std: Floats) -> Fi
 
 
 def _inflation(deviations: Floats, parameters: int) -> float:
-    """Return how far residuals scatter, in standard deviations; a fit of absolute values meets some of them exactly."""
+    """Return the scatter of the residuals in standard deviations.
+
+    A fit of absolute values makes some of them zero.
+    """
     others = np.sort(np.abs(deviations))[parameters:]
     return max(1.0, 1.4826 * float(np.median(others))) if len(others) else 1.0
 
 
 def _jacobian(function: Callable[[Floats], Floats], at: Floats) -> Floats:
-    """Return central differences; those of a robust loss are already weighted."""
+    """Return central differences; the Jacobian of a robust loss is already weighted."""
     step = 1e-6 * np.maximum(np.abs(at), 1e-2)
     columns = [(function(at + d) - function(at - d)) / (2 * d.sum()) for d in np.diag(step)]
     return np.column_stack(columns)

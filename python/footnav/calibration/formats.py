@@ -1,4 +1,4 @@
-"""Calibration files of any format that is known, told apart by their suffix."""
+"""Calibration files of all known formats, by suffix."""
 
 from os import PathLike
 from pathlib import Path
@@ -10,7 +10,7 @@ from footnav.errors import ConfigError
 
 
 def read_calibration(path: str | PathLike[str]) -> SensorCalibration:
-    """Read a calibration of footnav (``.toml``), Kalibr (``.yaml``, ``.yml``) or imucal (``.json``).
+    """Read a calibration of footnav (``.toml``), Kalibr (``.yaml``) or imucal (``.json``).
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def read_calibration(path: str | PathLike[str]) -> SensorCalibration:
     Raises
     ------
     ConfigError
-        The suffix is unknown, or the file cannot be read or holds no calibration.
+        The suffix is unknown, or the file cannot be read or has no calibration.
     """
     path = Path(path)
     match path.suffix.lower():
@@ -37,10 +37,12 @@ def read_calibration(path: str | PathLike[str]) -> SensorCalibration:
             calibration = load_kalibr(path).calibration
             if calibration is None:
                 raise ConfigError(
-                    f"{path}: holds noise figures, but no scale or misalignment to correct readings with"
+                    f"{path}: holds noise figures, but no scale or misalignment to correct "
+                    "readings with"
                 )
             return calibration
         case other:
             raise ConfigError(
-                f"{path}: unknown suffix {other!r}, expected .toml, .yaml (Kalibr) or .json (imucal)"
+                f"{path}: unknown suffix {other!r}, expected .toml, .yaml (Kalibr) or .json "
+                "(imucal)"
             )

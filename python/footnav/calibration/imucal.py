@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from footnav.calibration.model import SensorCalibration, Triad
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import ConfigError, FootnavWarning
 from footnav.io.units import ACCEL, GYRO, Quantity
 from footnav.recording import Floats
-from footnav.triad import as_matrix, as_vector
 
 KINDS = ("Ferraris", "Turntable")
 SHAPES = {
@@ -71,7 +71,8 @@ def load_imucal(path: str | PathLike[str]) -> SensorCalibration:
         largest = float(np.abs(arrays["K_ga"]).max())
         warnings.warn(
             FootnavWarning(
-                f"{path}: K_ga, up to {largest:.3g} deg/s per m/s^2, is left out: footnav has no such term"
+                f"{path}: K_ga, up to {largest:.3g} deg/s per m/s^2, is left out: footnav has no "
+                "such term"
             ),
             stacklevel=2,
         )
@@ -119,7 +120,8 @@ def _unit(path: Path, content: Mapping[str, Any], label: str, quantity: Quantity
     unit = quantity.unit_of(str(content.get(label)))
     if unit is None:
         raise ConfigError(
-            f"{path}: {label} is {content.get(label)!r}; expected one of {', '.join(quantity.scale)}: a calibration of "
+            f"{path}: {label} is {content.get(label)!r}; expected one of "
+            f"{', '.join(quantity.scale)}: a calibration of "
             "raw counts holds for one full scale only, repeat it with readings in these units"
         )
     return quantity.scale[unit]

@@ -20,11 +20,11 @@ import numpy as np
 
 from footnav.calibration.model import SensorCalibration, Triad
 from footnav.config import Sensor
+from footnav.conversions import as_matrix
 from footnav.errors import ConfigError, FootnavWarning
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.recording import Floats
-from footnav.triad import as_matrix
 
 NOISE = MappingProxyType(
     {
@@ -41,12 +41,12 @@ MODEL = "scale-misalignment"
 
 @dataclass(frozen=True, slots=True)
 class KalibrImu:
-    """What an ``imu.yaml`` holds.
+    """Content of an ``imu.yaml``.
 
     Attributes
     ----------
     sensor : Sensor
-        Noise figures; what Kalibr does not know is as in the default settings.
+        Noise parameters; those that Kalibr does not have are the defaults.
     calibration : SensorCalibration, optional
         Intrinsics, without bias; None where the file has none.
     rate_hz : float
@@ -76,7 +76,7 @@ def load_kalibr(path: str | PathLike[str]) -> KalibrImu:
     Raises
     ------
     ConfigError
-        The file cannot be read, is no YAML, lacks a figure, or has one that makes no sense.
+        The file cannot be read, is no YAML, lacks a figure, or has an impossible one.
 
     Warns
     -----
@@ -107,13 +107,13 @@ def save_kalibr(
     Parameters
     ----------
     path : path
-        The file: the old one or the whole new one.
+        The file, written atomically.
     sensor : Sensor
         Noise figures.
     rate_hz : float
         Samples per second.
     calibration : SensorCalibration, optional
-        Intrinsics.  Kalibr has no place for the biases, and none for what the temperature does.
+        Intrinsics.  The format has neither biases nor a dependence on temperature.
     topic : str
         ROS topic.
 
@@ -166,7 +166,8 @@ def _intrinsics(path: Path, content: Mapping[str, Any]) -> SensorCalibration | N
         largest = float(np.abs(coupling).max())
         warnings.warn(
             FootnavWarning(
-                f"{path}: gyroscopes.A, up to {largest:.3g} (rad/s)/(m/s^2), is left out: no such term"
+                f"{path}: gyroscopes.A, up to {largest:.3g} (rad/s)/(m/s^2), is left out: no such "
+                "term"
             ),
             stacklevel=3,
         )
@@ -201,7 +202,8 @@ def _kalibr_intrinsics(calibration: SensorCalibration) -> dict[str, Any]:
     )
     if np.abs(np.triu(accel, 1)).max() > 1e-9:
         raise ConfigError(
-            "the accelerometer's matrix is not lower triangular, as Kalibr's is; calibrate it from poses"
+            "the accelerometer's matrix is not lower triangular, as Kalibr's is; calibrate it "
+            "from poses"
         )
     # M C = gyro with C a rotation and M lower triangular with a positive diagonal: the RQ
     # decomposition's mirror image.

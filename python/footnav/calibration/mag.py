@@ -1,10 +1,10 @@
-"""The magnetometer: iron on the device moves and deforms the sphere of its readings to an ellipsoid.
+"""The magnetometer: hard and soft iron shift and deform the sphere of its readings to an ellipsoid.
 
-Away from other iron the field has one strength whichever way the sensor points.  Hard iron is the
+Away from other iron the strength of the field is the same in all orientations.  Hard iron is the
 centre of the ellipsoid, soft iron and scale are its axes; see V. Renaudin, M. H. Afzal, G.
 Lachapelle, "Complete triaxis magnetometer calibration in the magnetic domain", J. Sensors 2010,
-eqs. 10-20.  The ellipsoid cannot tell how the corrected axes are turned against the
-accelerometer's: the matrix is the symmetric one, which turns them least.
+eqs. 10-20.  The ellipsoid does not determine the rotation of the corrected axes against the
+accelerometer's: the matrix is the symmetric one, with the smallest rotation.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 
 from footnav.calibration.fit import fit
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, origin
 from footnav.calibration.poses import missing_sides
+from footnav.calibration.provenance import as_recordings, provenance
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 UPPER = np.triu_indices(3)
 """The six elements of a symmetric matrix."""
 
 MOST_SAMPLES = 2000
-"""More samples, so close together, tell nothing new."""
+"""Further samples, so close together, add no information."""
 
 WORST_CONDITION = 30.0
 WORST_RESIDUAL = 0.1
@@ -35,17 +35,17 @@ WORST_RESIDUAL = 0.1
 def calibrate_mag(
     recordings: Recording | Sequence[Recording], *, field: float | None = None, device: str = ""
 ) -> SensorCalibration:
-    """Find hard and soft iron from a recording that is turned all around, far from other iron.
+    """Find hard and soft iron from a recording with rotations about all axes, far from other iron.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
-        With magnetometer; every axis has to point every way, up and down, too.
+        With magnetometer; the orientations have to cover all directions.
     field : float, optional
         Strength of the field where they were made, T; the mean of the readings unless given, which
         is all that a heading needs.
     device : str
-        What the device is called.
+        Name of the device.
 
     Returns
     -------
@@ -78,7 +78,8 @@ def calibrate_mag(
     if found.residual > WORST_RESIDUAL * strength / radius:
         raise DataError(
             f"{label}: after the fit the strength of the field still scatters by "
-            f"{100 * found.residual * radius / strength:.0f} %: record away from iron, cables and loudspeakers"
+            f"{100 * found.residual * radius / strength:.0f} %: record away from iron, cables and "
+            "loudspeakers"
         )
     matrix_std, bias_std = _unpack(found.std)
     mag = Triad(
@@ -90,7 +91,7 @@ def calibrate_mag(
         condition=found.condition,
         observations=len(readings),
     )
-    return SensorCalibration(device=device, mag=mag.replace(**origin(walks, "mag")))
+    return SensorCalibration(device=device, mag=mag.replace(**provenance(walks, "mag")))
 
 
 def _readings(recording: Recording) -> Floats:
@@ -100,14 +101,18 @@ def _readings(recording: Recording) -> Floats:
 
 
 def _sphere(readings: Floats, label: str) -> tuple[Floats, float]:
-    """Return centre and radius of the best sphere: |m|² = 2 m·c + r² - |c|² is linear in c and the constant."""
+    """Return centre and radius of the best sphere.
+
+    |m|² = 2 m·c + r² - |c|² is linear in c and the constant.
+    """
     scale = float(np.abs(readings).max())
     design = np.column_stack([2 * readings / scale, np.ones(len(readings))])
     solution = np.linalg.lstsq(design, np.square(readings / scale).sum(axis=1), rcond=None)[0]
     centre, square = solution[:3], solution[3] + solution[:3] @ solution[:3]
     if not square > 0:
         raise DataError(
-            f"{label}: the readings of the magnetometer lie on no sphere; turn the sensor all around"
+            f"{label}: the readings of the magnetometer lie on no sphere; turn the sensor all "
+            "around"
         )
     _check_cover(readings / scale - centre, 1.0, label)
     return centre * scale, float(np.sqrt(square)) * scale
@@ -124,11 +129,13 @@ def _check_cover(directions: Floats, condition: float, label: str) -> None:
     missing = missing_sides(directions)
     if missing:
         raise DataError(
-            f"{label}: the directions cover too little: the field never came from {', '.join(missing)} of the sensor; "
+            f"{label}: the directions cover too little: the field never pointed along "
+            f"{', '.join(missing)} of the sensor; "
             "turn it slowly all around, upside down, too"
         )
     if condition > WORST_CONDITION:
         raise DataError(
-            f"{label}: the directions cover too little: the condition number is {condition:.0f}, more than "
+            f"{label}: the directions cover too little: the condition number is {condition:.0f}, "
+            "more than "
             f"{WORST_CONDITION:g}; turn the sensor about all of its axes"
         )

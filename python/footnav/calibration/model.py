@@ -1,4 +1,7 @@
-"""A sensor's calibration: what was found, how sure it is, what it holds for, and applying it."""
+"""A sensor's calibration.
+
+Corrections with their uncertainty and validity, and their application.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,11 @@ SENSORS = {"accel": "accelerometer", "gyro": "gyroscope", "mag": "magnetometer"}
 """Name of each sensor in messages, by its name in a recording."""
 
 RANGE_TOLERANCE = 0.01
-"""Relative difference of two full scales that mean the same: g is rounded in more than one way."""
+"""Relative difference of two full scales that count as equal: the rounding of g differs."""
 
 
 class TemperatureModel(Settings, frozen=True, kw_only=True):
-    """How bias and scale of a sensor follow the temperature of its die.
+    """Bias and scale of a sensor as functions of the temperature of its die.
 
     Both are polynomials of T - `reference` without a constant term.
 
@@ -36,19 +39,18 @@ class TemperatureModel(Settings, frozen=True, kw_only=True):
     reference : float
         Temperature at which the matrix and the bias of the sensor hold, degrees Celsius.
     lowest, highest : float
-        Temperatures that were measured at, degrees Celsius.
+        Span of the measured temperatures, degrees Celsius.
     margin : float
-        How far beyond them the model is still applied, K.
+        Margin beyond them in which the model is applied, K.
     bias : tuple of rows
         Coefficients of the change of the bias, the linear one first, per axis, unit of the
         sensor/K^k.
     scale : tuple of rows
-        Coefficients of the relative change of what the sensor reads for the same input, per axis,
-        1/K^k.
+        Coefficients of the relative change of the sensitivity, per axis, 1/K^k.
     bias_std, scale_std : tuple of rows
         Their standard deviations.
     residual : float
-        Root mean square of what the model leaves, unit of the sensor.
+        Root mean square of the residuals, unit of the sensor.
     """
 
     reference: float
@@ -76,10 +78,10 @@ class Triad(Settings, frozen=True, kw_only=True):
     bias_std : tuple of 3 floats, optional
         Standard deviation of the bias, u; absent when it was not measured.
     residual : float, optional
-        Root mean square of what the correction leaves, u; of a gyroscope's rotations rad.
+        Root mean square of the residuals, u; of a gyroscope's rotations rad.
     condition : float, optional
-        Condition number of the estimate, columns scaled to length one: how nearly two errors look
-        alike in the data.
+        Condition number of the estimate, columns scaled to length one: large where errors are
+        nearly indistinguishable in the data.
     observations : int
         Number of rests, rotations or samples that the estimate is based on.
     range : float, optional
@@ -89,9 +91,9 @@ class Triad(Settings, frozen=True, kw_only=True):
     date : str
         Day of the recording or of the estimate, such as 2026-01-31.
     note : str
-        What could not be measured, and why.
+        Limits of the calibration and their reasons.
     thermal : TemperatureModel, optional
-        How it follows the temperature.
+        Dependence on temperature.
     """
 
     matrix: Matrix = IDENTITY
@@ -115,7 +117,7 @@ class Triad(Settings, frozen=True, kw_only=True):
         raw : ndarray, shape (n, 3)
             Readings of the sensor, u.
         temperature : ndarray, shape (n,), optional
-            Temperature of the die, degrees Celsius; needed where the correction follows it.
+            Temperature of the die, degrees Celsius; needed for a correction over temperature.
 
         Returns
         -------
@@ -130,7 +132,7 @@ class Triad(Settings, frozen=True, kw_only=True):
         return _core.calibrate(self._json(), raw, temperature)
 
     def at(self, temperature: float | None) -> Triad:
-        """Return the correction at one temperature (degrees Celsius), which follows the temperature no more."""
+        """Return the fixed correction at one temperature (degrees Celsius)."""
         fixed = msgspec.json.decode(
             _core.calibration_at(self._json(), temperature), type=_Correction
         )
@@ -145,7 +147,7 @@ class Triad(Settings, frozen=True, kw_only=True):
 
 
 class _Correction(msgspec.Struct):
-    """What the core gives back of a correction."""
+    """The correction that the core returns."""
 
     matrix: Matrix
     bias: Vector
@@ -157,7 +159,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
     Attributes
     ----------
     device : str
-        What the device is called; empty when it was not said.
+        Name of the device; empty when unknown.
     gravity : float, optional
         Gravity that the accelerometer was measured against, m/s².
     mpu6050 : Setup, optional
@@ -168,7 +170,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
     Raises
     ------
     ConfigError
-        A number makes no sense.
+        A number is out of range.
     """
 
     device: str = ""
@@ -179,7 +181,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
     mag: Triad | None = None
 
     def __post_init__(self) -> None:
-        """Let the core check the numbers."""
+        """Validate the numbers in the core."""
         for label, triad in self.triads().items():
             try:
                 triad.correct(np.empty((0, 3)), np.empty(0))
@@ -187,7 +189,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
                 raise ConfigError(f"{label}.{error}") from None
 
     def triads(self) -> dict[str, Triad]:
-        """Return the corrections that there are, by the sensor's name in a recording."""
+        """Return the existing corrections by the sensor's name in a recording."""
         found = {label: getattr(self, label) for label in SENSORS}
         return {label: triad for label, triad in found.items() if triad is not None}
 
@@ -199,7 +201,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
         Parameters
         ----------
         recording : Recording
-            As the sensor wrote it.
+            Uncorrected samples.
         device : str, optional
             Device that made the recording; checked against the calibration's when both are known.
         temperature : float, optional
@@ -209,7 +211,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
         -------
         Recording
             The same samples, corrected.  Its full scales are those of the least sensitive axis, so
-            that samples that the sensor clipped still stand at or above them.
+            that clipped samples are still at or above them.
 
         Raises
         ------
@@ -234,7 +236,7 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
         return dataclasses.replace(recording, **changes)
 
     def check(self, recording: Recording, device: str | None = None) -> None:
-        """Raise ConfigError if the calibration is for another device or another full scale than a recording's."""
+        """Raise ConfigError if the recording is of another device or another full scale."""
         name = recording.name or "the recording"
         if device and self.device and device != self.device:
             raise ConfigError(
@@ -245,17 +247,19 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
             if full_scale and triad.range and abs(full_scale / triad.range - 1) > RANGE_TOLERANCE:
                 unit = "m/s^2" if label == "accel" else "rad/s"
                 raise ConfigError(
-                    f"{name} was made at {label}_range {full_scale:.4g} {unit}, but the calibration at "
-                    f"{triad.range:.4g} {unit}; each range has its own errors: calibrate at the one that you record at"
+                    f"{name} was made at {label}_range {full_scale:.4g} {unit}, but the "
+                    "calibration at "
+                    f"{triad.range:.4g} {unit}; each range has its own errors: calibrate at the "
+                    "one that you record at"
                 )
 
     def config(self, temperature: float | None = None) -> Calibration:
-        """Return the settings that let the navigator itself correct samples, for streaming.
+        """Return settings with which the navigator corrects samples, for streaming.
 
         Parameters
         ----------
         temperature : float, optional
-            Temperature of the sensor, degrees Celsius; needed where the calibration follows it.
+            Temperature of the sensor, degrees Celsius; needed for a calibration over temperature.
 
         Returns
         -------
@@ -276,11 +280,11 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
         )
 
     def update(self, newer: SensorCalibration) -> SensorCalibration:
-        """Return this calibration with the sensors of a newer one of the same device in place of its own.
+        """Return this calibration with the sensors of a newer one of the same device.
 
-        Where the newer one measured the gyroscope's bias only, scale and misalignment stay.  What
-        the temperature does has to be measured again: its polynomials start at the matrix and the
-        bias that are replaced.
+        Where the newer one has the gyroscope's bias only, scale and misalignment stay.  The
+        dependence on temperature has to be measured again: its polynomials refer to the matrix and
+        the bias that are replaced.
 
         Raises
         ------
@@ -291,7 +295,8 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
             old, new = getattr(self, label), getattr(newer, label)
             if old and new and old != new:
                 raise ConfigError(
-                    f"the existing calibration has {label} {old!r}, the new one {new!r}; keep two files"
+                    f"the existing calibration has {label} {old!r}, the new one {new!r}; keep two "
+                    "files"
                 )
         changes = {
             label: _merged(label, getattr(self, label), triad)
@@ -305,11 +310,11 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
         )
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the calibration as TOML; the file is the old one or the whole new one."""
+        """Write the calibration as TOML, atomically."""
         save_settings(self, path)
 
     def _corrected_ranges(self, recording: Recording) -> dict[str, float]:
-        """Return the least that an axis reads, corrected, where the sensor clips."""
+        """Return the smallest corrected reading of an axis at which the sensor clips."""
         ranges = {}
         for label, triad in self.triads().items():
             full_scale = getattr(recording, f"{label}_range", None)
@@ -320,12 +325,13 @@ class SensorCalibration(Settings, frozen=True, kw_only=True):
 
 
 def _merged(label: str, old: Triad | None, new: Triad) -> Triad:
-    """Keep what the newer measurement of a sensor did not touch."""
+    """Keep what the newer measurement of a sensor does not cover."""
     if old is None:
         return new
     if old.range and new.range and abs(old.range / new.range - 1) > RANGE_TOLERANCE:
         raise ConfigError(
-            f"the existing calibration of the {SENSORS[label]} is for a full scale of {old.range:.4g}, the new one for "
+            f"the existing calibration of the {SENSORS[label]} is for a full scale of "
+            f"{old.range:.4g}, the new one for "
             f"{new.range:.4g}; keep two files"
         )
     if new.matrix_std is None and old.matrix_std is not None:

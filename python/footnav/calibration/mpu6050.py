@@ -1,4 +1,4 @@
-"""What is special about calibrating an MPU6050: its self-test, and the ways in which it is misread.
+"""Calibration of an MPU6050: self-test, and detection of wrong ranges and offsets.
 
 References
 ----------
@@ -20,7 +20,9 @@ from footnav.errors import ConfigError
 from footnav.recording import STANDARD_GRAVITY, to_floats
 
 CHANGE_LIMIT = 0.14
-"""Largest change of the self-test response from the factory's that a sound part shows, relative (both sections 6)."""
+"""Maximum relative change of the self-test response from the factory's for a part that passes (both
+sections 6).
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +32,9 @@ class SelfTest:
     Attributes
     ----------
     accel_trim, gyro_trim : tuple of 3 floats
-        Response that the factory measured, counts at 8 g and at 250 deg/s; zero where it left none.
+        Response that the factory measured, counts at 8 g and at 250 deg/s; zero where it is absent.
     accel_change, gyro_change : tuple of 3 floats
-        Relative change of the response since then; nan where the factory left none.
+        Relative change of the response since then; nan where it is absent.
     """
 
     accel_trim: tuple[float, ...]
@@ -48,7 +50,7 @@ class SelfTest:
         )
 
     def __str__(self) -> str:
-        """Return one line an axis, and the verdict."""
+        """Return one line for each axis, and the result."""
         lines = [
             f"{sensor}_{axis}: {100 * change:+.1f} % from the factory's {trim:.0f} counts"
             for sensor in ("accel", "gyro")
@@ -65,7 +67,7 @@ class SelfTest:
 
 
 def factory_trim(registers: Sequence[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Decode the self-test response that the factory wrote into the chip (registers 13 to 16).
+    """Decode the self-test response of the factory (registers 13 to 16).
 
     Parameters
     ----------
@@ -84,7 +86,8 @@ def factory_trim(registers: Sequence[int]) -> tuple[tuple[float, ...], tuple[flo
     """
     if len(registers) != 4 or any(not 0 <= value <= 255 for value in registers):
         raise ConfigError(
-            f"self-test registers are {list(registers)}; expected the four bytes of registers 13 to 16"
+            f"self-test registers are {list(registers)}; expected the four bytes of registers 13 "
+            "to 16"
         )
     *axes, shared = registers
     accel = (
@@ -132,7 +135,7 @@ def self_test(
 
 
 def explain_rest(magnitude: float) -> str | None:
-    """Say what is wrong with a sensor whose accelerometer reads so much at rest in every pose.
+    """Explain a wrong specific force at rest that is the same in every pose.
 
     Parameters
     ----------
@@ -142,7 +145,7 @@ def explain_rest(magnitude: float) -> str | None:
     Returns
     -------
     str or None
-        Likely cause and cure; None for about 1 g, and for what no range explains.
+        Likely cause and remedy; None for about 1 g, and where no range explains it.
     """
     in_g = magnitude / STANDARD_GRAVITY
     power = round(math.log2(in_g)) if in_g > 0 else 0
@@ -150,13 +153,14 @@ def explain_rest(magnitude: float) -> str | None:
         return None
     factor = f"{2**power} times" if power > 0 else f"1/{2**-power} of"
     return (
-        f"at rest the accelerometer reads {in_g:.2f} g in every pose, so accel_range is {factor} what the sensor was "
+        f"at rest the accelerometer reads {in_g:.2f} g in every pose, so accel_range is {factor} "
+        "what the sensor was "
         "set to: give the range that its register ACCEL_CONFIG holds"
     )
 
 
 def explain_bias(bias: Sequence[float]) -> str | None:
-    """Say what is wrong with an accelerometer that is off by whole g on one axis.
+    """Explain a bias of whole g on one axis of the accelerometer.
 
     Parameters
     ----------
@@ -166,16 +170,19 @@ def explain_bias(bias: Sequence[float]) -> str | None:
     Returns
     -------
     str or None
-        Likely cause and cure; None when no axis is off by half a g.
+        Likely cause and remedy; None when no axis is off by half a g.
     """
     axis = int(np.argmax(np.abs(bias)))
     in_g = bias[axis] / STANDARD_GRAVITY
     if abs(in_g) < 0.5:
         return None
     return (
-        f"accel_{'xyz'[axis]} reads {in_g:+.2f} g too much in every pose (an upright sensor would read "
-        f"{1 + in_g:.2f} g): the chip's offset registers are wrong, as after i2cdevlib's offset calibration, which "
-        "takes the range for 2 g (at 4, 8 and 16 g it leaves 2, 4 and 8 g at rest), or which was run twice; switch the "
+        f"accel_{'xyz'[axis]} reads {in_g:+.2f} g too much in every pose (an upright sensor would "
+        "read "
+        f"{1 + in_g:.2f} g): the chip's offset registers are wrong, as after i2cdevlib's offset "
+        "calibration, which "
+        "takes the range for 2 g (at 4, 8 and 16 g it leaves 2, 4 and 8 g at rest), or which was "
+        "run twice; switch the "
         "power off and on, write no offsets, and record again"
     )
 

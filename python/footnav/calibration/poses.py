@@ -1,4 +1,4 @@
-"""Which way up a sensor was, and what is missing for a calibration."""
+"""Poses of a sensor, and those that a calibration lacks."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ DIRECTIONS: Floats = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:
 """Unit vectors of `SIDES`, shape (6, 3)."""
 
 WIDTH_DEG = 40.0
-"""A direction within this angle of an axis counts as that side: an edge, at 45 degrees, counts as none."""
+"""A direction within this angle of an axis counts as that side: an edge, at 45 degrees, counts as
+none.
+"""
 
 DISTINCT_DEG = 10.0
-"""Two poses closer than this tell the same."""
+"""Minimum angle between two distinct poses, degrees."""
 
 
 def sides(vectors: Floats) -> list[str | None]:
@@ -33,7 +35,7 @@ def missing_sides(vectors: Floats) -> list[str]:
 
 
 def count_distinct(vectors: Floats) -> int:
-    """Count vectors, shape (k, 3), that are `DISTINCT_DEG` or more away from all that were counted before."""
+    """Count the vectors, shape (k, 3), that differ by `DISTINCT_DEG` or more from one another."""
     kept: list[Floats] = []
     for unit in _unit(vectors):
         if all(unit @ other < np.cos(np.radians(DISTINCT_DEG)) for other in kept):

@@ -1,4 +1,4 @@
-"""A sensor that is turned from pose to pose on a table, as for a calibration."""
+"""Simulation of a sensor that is turned from pose to pose, as for a calibration."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ _ROUND_Z = [[1, 0, -1], [1, 0, 0], [1, 0, 1], [1, 1, 0], [-1, 1, 0], [-1, 0, 0],
 _UNDER = [[0, -1, -1], [0, -1, 0], [0, -1, 1], [1, -1, 0], [-1, -1, 0], [-1, 0, 1]]
 
 SIDES_AND_EDGES: Floats = np.array([*_ROUND_X, *_ROUND_Z, *_UNDER], dtype=np.float64)
-"""The six sides and the twelve edges of a box: which way the sensor's axes see up, one pose after the other."""
+"""The six sides and the twelve edges of a box: direction of up in the sensor's axes, pose by pose.
+"""
 
 
 def simulate_poses(
@@ -38,15 +39,15 @@ def simulate_poses(
     move: float = 1.5,
     gravity: float | None = None,
 ) -> Recording:
-    """Turn a sensor from pose to pose, with rests between.
+    """Simulate a sensor that is turned from pose to pose, with rests between.
 
     Parameters
     ----------
     poses : array_like, shape (k, 3)
-        Up in the axes of the sensor, of any length: (0, 0, 1) lies flat.  Each pose has a heading
-        of its own.
+        Up in the axes of the sensor, of any length: (0, 0, 1) lies flat.  Each pose has a random
+        heading.
     sensor : SensorErrors or str
-        What the sensor gets wrong; a string names a preset.  The same seed and errors are the same
+        Sensor errors; a string names a preset.  The same seed and errors are the same
         sensor as in `footnav.simulate`.
     seed : int
         The same seed gives the same recording.
@@ -63,12 +64,12 @@ def simulate_poses(
     Returns
     -------
     Recording
-        What the sensor reads; it moves as smoothly as a hand, and turns about its own centre.
+        Readings of the sensor; it moves smoothly and turns about its own centre.
 
     Raises
     ------
     ConfigError
-        A parameter that makes no sense, by name.
+        A parameter is out of range; the message names it.
     """
     from scipy.spatial.transform import Rotation
 
@@ -124,7 +125,7 @@ def _directions(poses: ArrayLike) -> Floats:
 
 
 def _level(up: Floats) -> Rotation:
-    """Return an attitude in which the sensor sees up along `up`."""
+    """Return an attitude in which `up` points up."""
     from scipy.spatial.transform import Rotation
 
     return Rotation.align_vectors([[0.0, 0.0, 1.0]], up[None])[0]
@@ -133,7 +134,10 @@ def _level(up: Floats) -> Rotation:
 def _motion(
     fine: Floats, start: Rotation, steps: Floats, initial: float, rest: float, move: float
 ) -> Rotation:
-    """Return the attitude at each time: smooth moves by the rotation vectors `steps` with rests between."""
+    """Return the attitude at each time.
+
+    Smooth moves by the rotation vectors `steps` with rests between.
+    """
     from scipy.spatial.transform import Rotation
 
     reached = [start]

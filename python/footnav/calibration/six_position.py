@@ -1,10 +1,12 @@
-"""A sensor that sits square in a box: six sides for the accelerometer, three known turns for the gyroscope.
+"""Six-position calibration.
 
-Where the sides of the box tell the directions, the errors follow from linear equations: F.
+Six sides of a box for the accelerometer, three known turns for the gyroscope.
+
+With the directions known from the sides of the box, the errors follow from linear equations: F.
 Ferraris, U. Grimaldi, M. Parvis, "Procedure for effortless in-field calibration of three-axial rate
 gyro and accelerometers", Sensors and Materials 7(5), 1995.  The corrected axes are those of the
-box.  How square it is limits the misalignment: a side that is off by a degree is a misalignment of
-a degree.
+box.  The squareness of the box limits the misalignment: a side that is off by a degree is a
+misalignment of a degree.
 """
 
 from __future__ import annotations
@@ -17,18 +19,18 @@ from footnav.calibration import mpu6050
 from footnav.calibration.accel import check_range
 from footnav.calibration.gyro import bias_of_rests
 from footnav.calibration.model import SensorCalibration, Triad
-from footnav.calibration.origin import as_recordings, check_setup, origin
 from footnav.calibration.poses import DIRECTIONS, SIDES, missing_sides, sides
+from footnav.calibration.provenance import as_recordings, check_setup, provenance
 from footnav.calibration.static import Rests, find_rests, pooled
 from footnav.calibration.turns import turn_angles
 from footnav.config import Config, Mechanization
+from footnav.conversions import as_matrix, as_vector
 from footnav.errors import DataError
 from footnav.mpu6050 import Setup
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 TURN_TOLERANCE = 0.2
-"""How far, relatively, the gyroscope may be from the known turn: beyond it, it was another turn."""
+"""Relative difference up to which a measured turn counts as a known one."""
 
 
 def calibrate_six_position(
@@ -56,14 +58,14 @@ def calibrate_six_position(
     initial : float
         Length of the rest at the start, s, from which the limits of rest are taken.
     device : str
-        What the device is called.
+        Name of the device.
     setup : Setup, optional
         Registers of the MPU6050.
 
     Returns
     -------
     SensorCalibration
-        With `accel`, and with `gyro`, whose note says if there were no turns.
+        With `accel`, and with `gyro`, whose note reports missing turns.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def calibrate_six_position(
         The recording does not start at rest, a side is missing, the accelerometer is off by a power
         of two or by whole g, or a turn clips or has a gap.
     ConfigError
-        Full scales or gravity make no sense.
+        Full scales or gravity are out of range.
     """
     walks = as_recordings(recordings)
     check_setup(walks, setup)
@@ -83,14 +85,17 @@ def calibrate_six_position(
         pooled(rests), standard, ", ".join(recording.name for recording in walks) or "the recording"
     )
     gyro = _gyro(walks, rests, turn) or bias_of_rests(pooled(rests)).replace(
-        note=f"bias only: turns of {np.degrees(turn):.0f} deg about each axis, with rests between, were not found"
+        note=(
+            f"bias only: turns of {np.degrees(turn):.0f} deg about each axis, with rests between, "
+            "were not found"
+        )
     )
     return SensorCalibration(
         device=device,
         gravity=standard,
         mpu6050=setup,
-        accel=accel.replace(**origin(walks, "accel")),
-        gyro=gyro.replace(**origin(walks, "gyro")),
+        accel=accel.replace(**provenance(walks, "accel")),
+        gyro=gyro.replace(**provenance(walks, "gyro")),
     )
 
 
@@ -101,7 +106,7 @@ def _accel(rests: Rests, gravity: float, label: str) -> Triad:
         raise DataError(f"{label}: no rest with {', '.join(missing)} up; all six sides are needed")
     named = np.array([side or "" for side in sides(rests.accel)])
     means = np.array([rests.accel[named == side].mean(axis=0) for side in SIDES])
-    # raw = inverse(M) (g u) + b, with the direction u that the side of the box says.
+    # raw = inverse(M) (g u) + b, with the direction u of the side of the box.
     design = np.column_stack([gravity * DIRECTIONS, np.ones(len(SIDES))])
     inverse, bias = np.split(np.linalg.lstsq(design, means, rcond=None)[0], [3])
     problem = mpu6050.explain_bias(as_vector(bias[0]))
@@ -109,8 +114,7 @@ def _accel(rests: Rests, gravity: float, label: str) -> Triad:
         raise DataError(f"{label}: {problem}")
     left = means - design @ np.vstack([inverse, bias])
     residual = float(np.sqrt(np.square(left).mean()))
-    # Six equations and four parameters an axis leave two to tell how square the box and how quiet
-    # the table were.
+    # Six equations and four parameters for each axis leave two degrees of freedom for the residual.
     std = max(residual * np.sqrt(6 / 2), float(rests.accel_std.max()))
     spread = np.sqrt(np.diag(np.linalg.inv(design.T @ design))) * std
     return Triad(
@@ -125,7 +129,7 @@ def _accel(rests: Rests, gravity: float, label: str) -> Triad:
 
 
 def _gyro(recordings: Sequence[Recording], rests: Sequence[Rests], turn: float) -> Triad | None:
-    """Return the correction that makes the known turns of what the gyroscope read, or None where an axis has none."""
+    """Return the correction of measured to known turns, or None where an axis has no turn."""
     read: list[Floats] = []
     for recording, each in zip(recordings, rests, strict=True):
         angles = [turn_angles(recording, each, k).sum(axis=0) for k in range(len(each) - 1)]
@@ -152,5 +156,8 @@ def _gyro(recordings: Sequence[Recording], rests: Sequence[Rests], turn: float) 
 
 
 def _noise_of_turns(rests: Sequence[Rests], turn: float) -> float:
-    """Return what a turn of 1 rad/s gathers of the scatter of the bias, rad: the only error that three turns show."""
+    """Return the error of a turn at 1 rad/s by the scatter of the bias, rad.
+
+    The only one that three turns show.
+    """
     return float(pooled(rests).gyro.std(axis=0, ddof=1).max()) * turn

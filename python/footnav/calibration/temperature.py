@@ -1,8 +1,8 @@
 """Bias and scale over the temperature of the die.
 
-The sensor is at rest while it warms up or cools down.  What the gyroscope reads is its bias.  What
-the accelerometer reads changes by its bias and, where gravity pulls, by its scale: one pose cannot
-tell the two apart, opposite ones can.
+The sensor is at rest while it warms up or cools down.  The reading of the gyroscope is its bias.
+The reading of the accelerometer changes by its bias and, along gravity, by its scale: opposite
+poses separate the two, one pose does not.
 """
 
 from __future__ import annotations
@@ -14,25 +14,27 @@ from typing import Any
 import numpy as np
 
 from footnav.calibration.model import SensorCalibration, TemperatureModel, Triad
-from footnav.calibration.origin import as_recordings, origin
+from footnav.calibration.provenance import as_recordings, provenance
 from footnav.calibration.static import find_rests
+from footnav.conversions import as_vector
 from footnav.errors import ConfigError, DataError
 from footnav.recording import STANDARD_GRAVITY, Floats, Recording
-from footnav.triad import as_vector
 
 BLOCK = 2.0
-"""Length of the means that the polynomials are fitted to, s: the die changes by less than a tenth of a degree in it."""
+"""Length of the means that the polynomials are fitted to, s: the temperature changes by less than
+0.1 K in it.
+"""
 
 LEAST_SPAN = 5.0
 """Span of temperatures, K, below which a slope is noise."""
 
 MARGIN = 2.0
-"""How far beyond the span the polynomials are used, K."""
+"""Margin beyond the span in which the polynomials are used, K."""
 
 HIGHEST_ORDER = 3
 
 LEAST_TILT = 1.2
-"""Span of gravity along an axis, in g, from which on bias and scale are told apart."""
+"""Span of gravity along an axis, in g, from which on bias and scale are separable."""
 
 
 def calibrate_temperature(
@@ -42,19 +44,18 @@ def calibrate_temperature(
     order: int = 2,
     device: str = "",
 ) -> SensorCalibration:
-    """Measure how the sensors follow the temperature of the die.
+    """Measure bias and scale over the temperature of the die.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
-        With temperature; each rest in them is taken for one pose.
+        With temperature; each rest is one pose.
     base : SensorCalibration, optional
-        Calibration to add to; the accelerometer's matrix and bias stay, and hold where they were
-        measured.
+        Calibration to extend; the accelerometer's matrix and bias stay.
     order : int
         Order of the polynomials, 1 to 3.
     device : str
-        What the device is called, if `base` does not say.
+        Name of the device, if `base` has none.
 
     Returns
     -------
@@ -64,7 +65,7 @@ def calibrate_temperature(
     Raises
     ------
     ConfigError
-        The order makes no sense, or the recordings do not fit `base`.
+        The order is out of range, or the recordings do not fit `base`.
     DataError
         There is no temperature, it spans too little, or the sensor did not rest.
     """
@@ -77,12 +78,13 @@ def calibrate_temperature(
     means = _means(walks)
     if np.ptp(means.temperature) < LEAST_SPAN:
         raise DataError(
-            f"the temperature goes from {means.temperature.min():.1f} to {means.temperature.max():.1f} degC only; "
+            f"the temperature goes from {means.temperature.min():.1f} to "
+            f"{means.temperature.max():.1f} degC only; "
             f"{LEAST_SPAN:g} K are needed: start with a cold sensor, and record until it is warm"
         )
     old_accel, old_gyro = (
-        base.accel or Triad(**origin(walks, "accel")),
-        base.gyro or Triad(**origin(walks, "gyro")),
+        base.accel or Triad(**provenance(walks, "accel")),
+        base.gyro or Triad(**provenance(walks, "gyro")),
     )
     middle = float(means.temperature.mean())
     reference = middle if old_accel.temperature is None else old_accel.temperature
@@ -120,7 +122,8 @@ def _means(recordings: Sequence[Recording]) -> _Means:
     for recording in recordings:
         if recording.temperature is None:
             raise DataError(
-                f"{recording.name or 'the recording'} has no temperature; record that of the sensor's die"
+                f"{recording.name or 'the recording'} has no temperature; record that of the "
+                "sensor's die"
             )
         rests = find_rests(recording)
         samples = np.column_stack([recording.accel, recording.gyro, recording.temperature])
@@ -141,7 +144,7 @@ def _means(recordings: Sequence[Recording]) -> _Means:
 def _gyro(
     means: _Means, order: int, reference: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float], TemperatureModel]:
-    """Return bias, its standard deviation, and what the temperature adds."""
+    """Return bias, its standard deviation, and the dependence on temperature."""
     powers = _powers(means.temperature - reference, order)
     values, std, residual = _solve(np.column_stack([np.ones(len(powers)), powers]), means.gyro)
     model = TemperatureModel(
@@ -155,7 +158,10 @@ def _gyro(
 
 
 def _accel(means: _Means, old: Triad, order: int, reference: float) -> TemperatureModel:
-    """Return what the temperature adds: each pose has readings of its own at the reference, the changes are common."""
+    """Return the dependence on temperature.
+
+    The readings at the reference differ by pose, the changes are common.
+    """
     powers = _powers(means.temperature - reference, order)
     poses = (means.pose[:, None] == np.unique(means.pose)).astype(np.float64)
     gravity = poses @ np.linalg.lstsq(poses, means.accel, rcond=None)[0] - np.array(old.bias)
@@ -182,7 +188,7 @@ def _accel(means: _Means, old: Triad, order: int, reference: float) -> Temperatu
 
 
 def _span(means: _Means) -> dict[str, Any]:
-    """Return the keywords of `TemperatureModel` that say where it holds."""
+    """Return the span of validity as keywords of `TemperatureModel`."""
     return {
         "lowest": float(means.temperature.min()),
         "highest": float(means.temperature.max()),
@@ -196,7 +202,7 @@ def _powers(excess: Floats, order: int) -> Floats:
 
 
 def _solve(design: Floats, values: Floats) -> tuple[Floats, Floats, float]:
-    """Return the least-squares solution, its standard deviation, and the root mean square of what is left."""
+    """Return the least-squares solution, its standard deviation, and the RMS of the residuals."""
     length = np.linalg.norm(design, axis=0)
     scaled = design / np.where(length > 0, length, 1.0)
     solution = np.linalg.lstsq(scaled, values, rcond=None)[0]

@@ -1,9 +1,9 @@
-"""Scale and misalignment of the gyroscope, from the turns between poses.
+"""Scale and misalignment of the gyroscope from the rotations between poses.
 
-Between two rests the gyroscope says how the sensor turned, and the calibrated accelerometer says
-which way was up before and after: the second stage of Tedaldi, Pretto, Menegatti 2014, eqs. 13-17.
-The bias of a turn is the mean of the two rests around it, where the paper takes that of the rest at
-the start: it follows what drifts, and half of what gravity does to the gyroscope.
+Between two rests the gyroscope measures the rotation, and the calibrated accelerometer the
+direction of up before and after: the second stage of Tedaldi, Pretto, Menegatti 2014, eqs. 13-17.
+The bias of a rotation is the mean of the two rests around it, where the paper takes that of the
+rest at the start: it follows the drift, and half of the g-sensitivity of the gyroscope.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from footnav.calibration.fit import Fit, fit
 from footnav.calibration.gyro import std_of_bias
 from footnav.calibration.model import Triad
 from footnav.calibration.static import Rests, pooled
+from footnav.conversions import as_matrix, as_vector
 from footnav.diagnosis import CLIP_BAND
 from footnav.errors import DataError
 from footnav.recording import Floats, Recording
-from footnav.triad import as_matrix, as_vector
 
 LONGEST_TURN = 15.0
-"""Time between two rests, s, beyond which noise and bias have had too long to spoil the angle."""
+"""Maximum time between two rests, s: noise and bias accumulate in the angle."""
 
 LEAST_TURN = np.radians(150.0)
-"""What the turns about each axis have to add up to."""
+"""Minimum sum of the rotations about each axis, rad."""
 
 FEWEST_TURNS = 6
 """Each turn gives two equations, and there are nine parameters."""
@@ -36,7 +36,7 @@ WORST_CONDITION = 100.0
 """Turns between twelve spread poses give about 5."""
 
 LONGEST_GAP = 3.0
-"""Intervals without a sample that leave a turn unknown."""
+"""Gap, in sample intervals, beyond which a rotation is unknown."""
 
 
 def fit_rotations(
@@ -45,10 +45,10 @@ def fit_rotations(
     accel: Fit,
     unpack: Callable[[Floats], tuple[Floats, Floats]],
 ) -> Triad | None:
-    """Find scale and misalignment of the gyroscope from the turns between rests (Tedaldi et al., eq. 17).
+    """Find scale and misalignment of the gyroscope from turns (Tedaldi et al., eq. 17).
 
-    The parameters of the accelerometer take part, held by what their own fit found, so that its
-    uncertainty goes over into the gyroscope's.
+    The parameters of the accelerometer are estimated again with their fit as prior, so that their
+    uncertainty propagates to the gyroscope's.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ def fit_rotations(
     Returns
     -------
     Triad or None
-        Corrects rates to the frame of the corrected accelerometer; None where the turns do not tell
-        all nine elements.
+        Corrects rates to the frame of the corrected accelerometer; None where the rotations do not
+        determine all nine elements.
     """
     turns = _turns(recordings, rests)
     if turns is None:
@@ -75,7 +75,7 @@ def fit_rotations(
     )
     across = _across(_up(turns.after, *unpack(accel.parameters)))
 
-    # Half of the differences that a Jacobian needs leave the gyroscope's matrix as it was.
+    # Half of the differences of the Jacobian do not change the gyroscope's matrix.
     @lru_cache(maxsize=2)
     def rotations(elements: bytes) -> Floats:
         return turns.rotations(np.frombuffer(elements).reshape(3, 3))
@@ -154,7 +154,7 @@ def _turns(recordings: Sequence[Recording], rests: Sequence[Rests]) -> _Turns | 
 
 
 def turn_angles(recording: Recording, rests: Rests, k: int) -> Floats:
-    """Return rate less bias, times interval, of the samples between rest k and the next one, shape (n, 3), rad."""
+    """Return (rate - bias) times interval between rest k and the next one, shape (n, 3), rad."""
     between = slice(rests.stop[k] - 1, rests.start[k + 1] + 1)
     _check_turn(recording, between)
     rate = recording.gyro[between][1:] - (rests.gyro[k] + rests.gyro[k + 1]) / 2
@@ -163,25 +163,30 @@ def turn_angles(recording: Recording, rests: Rests, k: int) -> Floats:
 
 
 def _check_turn(recording: Recording, between: slice) -> None:
-    """Refuse a turn whose angle the samples do not tell."""
+    """Raise DataError for a rotation with clipping or a gap."""
     name = recording.name or "the recording"
     t, rate = recording.t[between], np.abs(recording.gyro[between])
     fastest, axis = (int(index) for index in np.unravel_index(rate.argmax(), rate.shape))
     full_scale = recording.gyro_range
     if full_scale is not None and rate[fastest, axis] >= (1 - CLIP_BAND) * full_scale:
         raise DataError(
-            f"{name}: gyro_{'xyz'[axis]} clips at {np.degrees(full_scale):.0f} deg/s in a turn at {t[fastest]:.2f} s; "
+            f"{name}: gyro_{'xyz'[axis]} clips at {np.degrees(full_scale):.0f} deg/s in a turn at "
+            f"{t[fastest]:.2f} s; "
             "turn the sensor slower"
         )
     gap = int(np.diff(t).argmax())
     if t[gap + 1] - t[gap] > LONGEST_GAP / recording.rate_hz:
         raise DataError(
-            f"{name}: {t[gap + 1] - t[gap]:.3f} s without a sample in the turn at {t[gap]:.2f} s; record without gaps"
+            f"{name}: {t[gap + 1] - t[gap]:.3f} s without a sample in the turn at {t[gap]:.2f} s; "
+            "record without gaps"
         )
 
 
 def _std_of_turn(recording: Recording, rests: Rests, k: int) -> float:
-    """Return how far the directions of up may miss each other by noise, rad: of both rests, and of the bias."""
+    """Return the standard deviation between the directions of up, rad.
+
+    Of both rests, and of the bias.
+    """
     two = slice(k, k + 2)
     tilt = rests.accel_std[two] / np.linalg.norm(rests.accel[two], axis=1)
     drift = (
@@ -198,7 +203,7 @@ def _up(readings: Floats, matrix: Floats, bias: Floats) -> Floats:
 
 
 def _with_coning(angles: Floats) -> Floats:
-    """Return rotation vectors of the samples: a twelfth of the product with the one before makes up for coning.
+    """Return rotation vectors of the samples with coning correction.
 
     This is the two-sample form; see P. G. Savage, "Strapdown inertial navigation integration
     algorithm design, part 1", J. Guidance 21(1), 1998, eqs. 32-34.
@@ -209,7 +214,10 @@ def _with_coning(angles: Floats) -> Floats:
 
 
 def _product(rotation: Floats) -> Floats:
-    """Return the product of the rotations of each row, shape (k, 3, 3); their number is a power of two."""
+    """Return the product of the rotations of each row, shape (k, 3, 3).
+
+    Their number is a power of two.
+    """
     from scipy.spatial.transform import Rotation
 
     k, n, _ = rotation.shape

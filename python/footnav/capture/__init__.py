@@ -1,4 +1,4 @@
-"""Live capture from an MPU6050, behind an Arduino on a serial port or on an I2C bus.
+"""Live capture from an MPU6050, at an Arduino on a serial port or on an I2C bus.
 
 Examples
 --------
@@ -11,9 +11,9 @@ from footnav.capture.block import Block
 from footnav.capture.guide import Guide, Plan, Stage
 from footnav.capture.i2c_source import I2cSource
 from footnav.capture.line import Decoder, Sample
-from footnav.capture.recorder import Recorder, follow, record
+from footnav.capture.recorder import Recorder, record, track_live
 from footnav.capture.serial_source import SerialSource
-from footnav.capture.source import Losses, Source, stream
+from footnav.capture.source import LossCounters, Source, stream
 from footnav.mpu6050 import Setup
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "Decoder",
     "Guide",
     "I2cSource",
-    "Losses",
+    "LossCounters",
     "Plan",
     "Recorder",
     "Sample",
@@ -29,7 +29,7 @@ __all__ = [
     "Setup",
     "Source",
     "Stage",
-    "follow",
     "record",
     "stream",
+    "track_live",
 ]

@@ -1,4 +1,4 @@
-"""Samples that came together."""
+"""A block of samples."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from footnav.recording import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Samples that came together, in SI units.
+    """A block of samples in SI units.
 
     Attributes
     ----------
@@ -23,9 +23,9 @@ class Block:
     gyro : ndarray of shape (n, 3)
         Angular rate about the sensor's axes, rad/s.
     temperature : ndarray of shape (n,)
-        Of the chip, degrees Celsius.
+        Temperature of the chip, degrees Celsius.
     setup : Setup
-        How the chip was set.
+        Settings of the chip.
     """
 
     t: Floats
@@ -45,7 +45,7 @@ class Block:
         counts : array_like of shape (n, 7)
             Accelerometer, thermometer and gyroscope, in the order of the registers.
         setup : Setup
-            How the chip was set.
+            Settings of the chip.
 
         Returns
         -------

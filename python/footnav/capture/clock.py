@@ -1,14 +1,14 @@
-"""The clock of a cheap sensor or board, disciplined by that of the host.
+"""The clock of a sensor or board, disciplined by that of the host.
 
 The resonator of an Arduino is off by up to half a percent and the oscillator of an MPU6050 by more;
-a strapdown squares that into the distance.  The host's clock is good to some parts in a million,
-but what comes over USB or I2C is seen milliseconds late, and not evenly so.  The rate of one
-against the other is therefore estimated over the whole capture, by the two-state Kalman filter of
-clocks: the state is the host's time at the newest sample and the rate, the rate walks at random,
-and the noise of a reading is how late it may be.
+the error of the distance is twice as large.  The host's clock is accurate to some parts in a
+million, but data over USB or I2C arrive with a variable latency of milliseconds.  The ratio of the
+rates is therefore estimated over the whole capture, by the two-state Kalman filter of clocks: the
+states are the host's time at the newest sample and the rate, the rate is a random walk, and the
+measurement noise is the latency.
 
-Only the rate enters the stamps, never the phase: an early reading or a late one must not stretch
-the interval between two samples, which is all that navigation sees of time.
+Only the rate enters the stamps, never the phase: the latency of a reading must not change the
+interval between two samples, the only time that navigation uses.
 
 References
 ----------
@@ -19,34 +19,37 @@ the two-state model and its process noise, without the white noise of frequency.
 from footnav.recording import Floats
 
 _RATE_WALK = 1e-5
-"""Random walk of the rate, 1/sqrt(s): a warming oscillator moves by some parts in ten thousand in minutes."""
+"""Random walk of the rate, 1/sqrt(s): the rate of a warming oscillator changes by some parts in ten
+thousand in minutes.
+"""
 
 _GATE = 25.0
-"""Squared sigmas beyond which a reading is not believed: the host was busy, or bytes had piled up in a buffer."""
+"""Gate of the squared normalized innovation: beyond it the host was busy, or bytes were buffered.
+"""
 
 
 class HostedClock:
-    """Turns stamps of a device into time since the capture began.
+    """Converts stamps of a device to time since the start of the capture.
 
     Parameters
     ----------
     rate_sigma : float
-        How far the device's clock may be from its nominal rate, as a ratio (one sigma).
-    lateness : float
-        How unevenly late the host learns of a sample, s (one sigma).
+        Relative error of the device's clock (one sigma).
+    latency : float
+        Variation of the latency at the host, s (one sigma).
 
     Attributes
     ----------
     rate : float
-        Seconds of the host in a second of the device, as far as it is known.
+        Estimated seconds of the host in a second of the device.
     """
 
     rate: float
 
-    def __init__(self, rate_sigma: float, lateness: float) -> None:
+    def __init__(self, rate_sigma: float, latency: float) -> None:
         self.rate = 1.0
         self._rate_variance = rate_sigma**2
-        self._noise = lateness**2
+        self._noise = latency**2
         self._phase = self._phase_variance = self._covariance = 0.0
         self._device = self._t = 0.0
         self._running = False
@@ -57,14 +60,14 @@ class HostedClock:
         Parameters
         ----------
         device : ndarray of shape (n,)
-            Stamps of the device, s, never going back; at least one.
+            Stamps of the device, s, non-decreasing; at least one.
         host : float
-            Time of the host, s, when it learnt of the last of them.
+            Time of the host at the arrival of the last of them, s.
 
         Returns
         -------
         ndarray of shape (n,)
-            Time since the capture began, s.
+            Time since the start of the capture, s.
         """
         if not self._running:
             return self._begin(device, host, t=0.0)
@@ -73,22 +76,22 @@ class HostedClock:
         return self._advance(device, self._t + (float(device[0]) - self._device) * self.rate)
 
     def restart(self, device: Floats, host: float, interval: float) -> Floats:
-        """Continue with samples whose stamps have nothing to do with those before; the host tells the time between.
+        """Continue after a restart of the device; the host's clock gives the time between.
 
         Parameters
         ----------
         device : ndarray of shape (n,)
-            Stamps of the device, s, never going back; at least one.
+            Stamps of the device, s, non-decreasing; at least one.
         host : float
-            Time of the host, s, when it learnt of the last of them.
+            Time of the host at the arrival of the last of them, s.
         interval : float
-            Time between two samples, s, the least by which the first one comes after the last one
-            before.
+            Interval of the samples, s: the minimum from the last sample before to the first one
+            after.
 
         Returns
         -------
         ndarray of shape (n,)
-            Time since the capture began, s.
+            Time since the start of the capture, s.
         """
         first = host - float(device[-1] - device[0]) * self.rate
         return self._begin(device, host, self._t + max(first - self._phase, interval))

@@ -1,11 +1,12 @@
-"""Guide through the poses of a calibration, from the samples alone.
+"""Guide through the poses of a calibration.
 
 First the sensor is at rest, which gives its noise and the bias of its gyroscope.  Then each of its
-six sides is turned up, in any order, and then it is tilted at different angles, as Tedaldi, Pretto
+six sides is turned up, in any order, and then it is tilted to distinct angles, as Tedaldi, Pretto
 and Menegatti 2014 ("A robust and easy to implement method for IMU calibration without external
-equipments", ICRA) require.  The turns in between calibrate the gyroscope.
+equipments", ICRA) require.  The rotations between the poses are recorded, too, because they
+calibrate the gyroscope.
 
-The guide is a state machine without a clock or a screen of its own.
+The guide is a state machine driven by samples, without a clock or terminal output.
 """
 
 import enum
@@ -25,21 +26,23 @@ SIDES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 _AXES = dict(zip(SIDES, np.kron(np.eye(3), [[1.0], [-1.0]]), strict=True))
 
-SQUARE = 15.0
-"""Degrees within which an axis counts as up; a board with pins below is tilted by as much."""
+SIDE_TOLERANCE = 15.0
+"""Degrees within which an axis counts as up; a board with pins below is tilted by up to that."""
 
-APART = 15.0
-"""Least difference of two poses, degrees; nearer ones add nothing to a calibration."""
+MIN_SEPARATION = 15.0
+"""Minimum angle between two poses, degrees; nearer ones add no information."""
 
-_STEADY = 2.0
-"""Degrees by which gravity may turn while a pose is held; the noise of a window's mean is less."""
+_MAX_DRIFT = 2.0
+"""Degrees by which the direction may change within a pose: noise changes the mean of a window by
+less.
+"""
 
-_TOUCHED = 0.6
-"""s; a shorter rest is part of setting the sensor down."""
+_MIN_REST = 0.6
+"""s; a shorter rest is part of placing the sensor."""
 
 
 class Stage(enum.Enum):
-    """What the guide waits for."""
+    """State of the guide."""
 
     SETTLE = "settle"
     PLACE = "place"
@@ -49,14 +52,14 @@ class Stage(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What makes a calibration complete.
+    """Poses of a complete calibration.
 
     Attributes
     ----------
     settle : float
-        Untouched time at the start, s.
+        Rest at the start, s.
     hold : float
-        How long each pose is held, s.
+        Duration of each pose, s.
     tilts : int
         Number of poses besides the six sides.
 
@@ -71,7 +74,7 @@ class Plan:
     tilts: int = 12
 
     def __post_init__(self) -> None:
-        """Check times and number."""
+        """Validate the limits."""
         for label in ("settle", "hold"):
             value = getattr(self, label)
             if not 1 <= value <= 600:
@@ -81,21 +84,21 @@ class Plan:
 
 
 class Guide:
-    """State machine that follows the samples and gives the next instruction.
+    """Tracks the poses in the samples and gives the next instruction.
 
     Parameters
     ----------
     plan : Plan, optional
-        What makes the calibration complete.
+        Poses of a complete calibration.
 
     Attributes
     ----------
     stage : Stage
-        What the guide waits for.
+        State of the guide.
     held : float
-        How long the sensor has been at rest in this pose, s.
+        Time at rest in this pose, s.
     up : str
-        Side that points up now, or nearly so; "" before the first samples.
+        Side that points nearly up; "" before the first samples.
     """
 
     stage: Stage
@@ -110,26 +113,26 @@ class Guide:
         self._rest_monitor = RestMonitor()
         self._poses: dict[str, Floats] = {}
         self._pose: tuple[str, Floats] | None = None
-        self._settled: Floats | None = None
+        self._rest_direction: Floats | None = None
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """Sides that are done, in the order in which they were."""
+        """Completed sides, in the order of completion."""
         return tuple(label for label in self._poses if label in SIDES)
 
     @property
     def tilts(self) -> int:
-        """Number of other poses that are done."""
+        """Number of completed tilts."""
         return len(self._poses) - len(self.sides)
 
     @property
     def missing_sides(self) -> tuple[str, ...]:
-        """Sides that are still to come."""
+        """Remaining sides."""
         return tuple(side for side in SIDES if side not in self._poses)
 
     @property
     def progress(self) -> float:
-        """Share of the poses that are done, with that of the one that is being held; 0 to 1."""
+        """Completed share of the poses, with that of the current one; 0 to 1."""
         if self.stage is Stage.DONE:
             return 1.0
         share = self.held / self.needed if self.stage is not Stage.PLACE else 0.0
@@ -137,26 +140,25 @@ class Guide:
 
     @property
     def instruction(self) -> str:
-        """What the person is to do now."""
+        """Current instruction."""
         if self.stage is Stage.DONE:
             return "All poses are done."
         if self.stage is Stage.SETTLE:
             return (
-                "Lay the sensor on a firm table, one side flat, and leave it alone "
-                f"for {self.plan.settle:g} s."
+                "Place the sensor on a firm table, one side flat, and do not touch it for "
+                f"{self.plan.settle:g} s."
             )
         if self.stage is Stage.HOLD and self._pose:
-            return f"Leave it alone: {_describe(self._pose[0])}."
+            return f"Do not touch it: {_describe(self._pose[0])}."
         if self.missing_sides:
-            missing = ", ".join(self.missing_sides)
-            return f"Turn it until {self.missing_sides[0]} points up (to come: {missing})."
-        return (
-            "Lean it at an angle that it did not have before: "
-            f"tilt {self.tilts + 1} of {self.plan.tilts}."
-        )
+            return (
+                f"Turn it until {self.missing_sides[0]} points up (remaining: "
+                f"{', '.join(self.missing_sides)})."
+            )
+        return f"Tilt it to a new angle: tilt {self.tilts + 1} of {self.plan.tilts}."
 
     def feed(self, block: Block) -> list[str]:
-        """Take the next samples in.
+        """Process the next samples.
 
         Parameters
         ----------
@@ -166,64 +168,67 @@ class Guide:
         Returns
         -------
         list of str
-            What happened, for the person: poses that are done, were repeated, or ended too early.
+            Messages: poses that are completed, were repeated, or ended too early.
         """
         return [
-            remark for window in self._rest_monitor.feed(block) for remark in self._step(window)
+            message for window in self._rest_monitor.feed(block) for message in self._step(window)
         ]
 
     @property
     def needed(self) -> float:
-        """How long the sensor has to be at rest in this pose, s."""
+        """Required time at rest in this pose, s."""
         return self.plan.settle if self.stage is Stage.SETTLE else self.plan.hold
 
     def _step(self, window: Window) -> Iterator[str]:
         if self.stage is Stage.DONE:
             return
-        # A sensor that reads nothing at all has no side up, and the recorder refuses it.
+        # A sensor that reads zero has no side up; the recorder rejects it.
         direction = window.accel / (np.linalg.norm(window.accel) or 1.0)
         self.up = _nearest_side(direction)[1]
         if not window.at_rest or self._turned(direction):
             yield from self._move()
-        elif self._settled is None:
+        elif self._rest_direction is None:
             yield from self._place(direction, window)
         elif self._pose is not None:
             yield from self._hold(window)
 
     def _turned(self, direction: Floats) -> bool:
-        """Whether the sensor creeps, or was turned in a gap of the samples."""
-        return self._settled is not None and _angle(self._settled, direction) > _STEADY
+        """Whether the sensor rotates slowly, or was turned in a gap of the samples."""
+        return (
+            self._rest_direction is not None
+            and _angle(self._rest_direction, direction) > _MAX_DRIFT
+        )
 
     def _move(self) -> Iterator[str]:
-        if self._pose is not None and self.held > _TOUCHED:
-            yield f"Moved too early: {self.held:.1f} s of {self.needed:g} s.  Once more."
-        self._let_go()
-        self._settled = None
+        if self._pose is not None and self.held > _MIN_REST:
+            yield f"Moved too early: {self.held:.1f} s of {self.needed:g} s.  Repeat the pose."
+        self._end_pose()
+        self._rest_direction = None
 
-    def _let_go(self) -> None:
+    def _end_pose(self) -> None:
         if self.stage is Stage.HOLD:
             self.stage = Stage.PLACE
         self._pose, self.held = None, 0.0
 
     def _place(self, direction: Floats, window: Window) -> Iterator[str]:
-        """Begin with the pose in which the sensor came to rest, or say why it is of no use."""
-        self._settled = direction
+        """Start the pose in which the sensor came to rest, or give the reason for its rejection."""
+        self._rest_direction = direction
         off, side = _nearest_side(direction)
         refusal = self._refusal(side, off, direction)
         if refusal:
             yield refusal
             return
-        self._pose = side if off <= SQUARE else f"tilt {self.tilts + 1}", direction
+        self._pose = side if off <= SIDE_TOLERANCE else f"tilt {self.tilts + 1}", direction
         if self.stage is Stage.PLACE:
             self.stage = Stage.HOLD
         yield from self._hold(window)
 
     def _refusal(self, side: str, off: float, direction: Floats) -> str | None:
-        if self.missing_sides and off > SQUARE:
-            return f"No side is up: {side} is off by {off:.0f} degrees.  Set it down more squarely."
+        if self.missing_sides and off > SIDE_TOLERANCE:
+            return f"No side is up: {side} is off by {off:.0f} degrees.  Place it flat on a side."
         for label, pose in self._poses.items():
             apart = _angle(pose, direction)
-            if (label == side and off <= SQUARE) or apart < APART:
+            if (label == side and off <= SIDE_TOLERANCE) or apart < MIN_SEPARATION:
                 return f"Repeated: this is {label}, within {math.ceil(apart)} degrees."
         return None
 
@@ -234,7 +239,7 @@ class Guide:
         label, direction = self._pose
         self._poses[label] = direction
         self.stage = Stage.PLACE
-        self._let_go()
+        self._end_pose()
         yield f"Done: {_describe(label)}."
         if not self.missing_sides and self.tilts >= self.plan.tilts:
             self.stage = Stage.DONE
@@ -245,10 +250,10 @@ def _describe(label: str) -> str:
 
 
 def _nearest_side(direction: Floats) -> tuple[float, str]:
-    """Return the side that is most nearly up, after how many degrees it is off."""
+    """Return the angle of the most nearly vertical side, degrees, and the side."""
     return min((_angle(axis, direction), side) for side, axis in _AXES.items())
 
 
 def _angle(a: Floats, b: Floats) -> float:
-    """Angle between two unit vectors, degrees; as steady for small ones as for large (Kahan 2006)."""
+    """Angle between two unit vectors, degrees; accurate for small and large angles (Kahan 2006)."""
     return math.degrees(2 * math.atan2(float(np.linalg.norm(a - b)), float(np.linalg.norm(a + b))))

@@ -13,13 +13,15 @@ from footnav.errors import ConfigError, DataError
 from footnav.mpu6050 import MPU6050_ID, SAMPLE_REGISTERS, Setup, wrong_chip
 
 ADDRESSES = (0x68, 0x69)
-"""With the pin AD0 low, as most boards leave it, and high."""
+"""With the pin AD0 low, as on most boards, and high."""
 
 SMPLRT_DIV, FIFO_EN, INT_ENABLE, INT_STATUS = 0x19, 0x23, 0x38, 0x3A
 USER_CTRL, PWR_MGMT_1, FIFO_COUNT, FIFO_R_W, WHO_AM_I = 0x6A, 0x6B, 0x72, 0x74, 0x75
 
 DEVICE_RESET, CLOCK_OF_GYRO = 0x80, 0x01
-"""PWR_MGMT_1: everything as after power-on; awake, on the gyroscope's oscillator, which is steadier than the other."""
+"""PWR_MGMT_1: reset; awake, on the gyroscope's oscillator, which is more stable than the internal
+one.
+"""
 
 ALL_SENSORS = 0xF8
 """FIFO_EN: thermometer, three gyroscopes, accelerometer."""
@@ -40,7 +42,7 @@ _RESET_TIME, _START_TIME = 0.1, 0.05
 
 
 class Bus(Protocol):
-    """What is used of `smbus2.SMBus`."""
+    """The members of `smbus2.SMBus` that are used."""
 
     def read_byte_data(self, i2c_addr: int, register: int) -> int:
         """Read one register."""
@@ -75,12 +77,12 @@ class Mpu6050:
     address : int
         0x68, or 0x69 with the pin AD0 high.
     name : str
-        What messages call the bus.
+        Name of the bus in messages.
 
     Raises
     ------
     ConfigError
-        The address is none that the chip can have.
+        The chip cannot have the address.
     DataError
         No chip answers there, or it is another one.
     """
@@ -96,14 +98,14 @@ class Mpu6050:
         Parameters
         ----------
         setup : Setup
-            How.
+            Settings of the chip.
         sleep : callable
-            Waits for a time in s.
+            Sleeps for a time in s.
 
         Raises
         ------
         DataError
-            The chip stops answering, or does not keep its settings.
+            The chip stops answering, or its registers do not hold the settings.
         """
         try:
             self._write(PWR_MGMT_1, DEVICE_RESET)
@@ -121,12 +123,16 @@ class Mpu6050:
             ) from None
         if kept != setup.registers:
             raise DataError(
-                f"{self._name}: registers 0x19 to 0x1c read {kept.hex(' ')} after {setup.registers.hex(' ')} "
+                f"{self._name}: registers 0x19 to 0x1c read {kept.hex(' ')} after "
+                f"{setup.registers.hex(' ')} "
                 "was written; check the supply, and make the wires shorter"
             )
 
-    def empty_fifo(self) -> None:
-        """Begin to fill an empty FIFO, or raise OSError for a transfer that fails; the same below."""
+    def reset_fifo(self) -> None:
+        """Clear and start the FIFO.
+
+        Raise OSError for a transfer that fails, as the methods below.
+        """
         self._write(USER_CTRL, 0)
         self._write(USER_CTRL, FIFO_RESET)
         self._write(USER_CTRL, FIFO_ON)
@@ -137,8 +143,8 @@ class Mpu6050:
         high, low = self._bus.read_i2c_block_data(self._address, FIFO_COUNT, 2)
         return high << 8 | low
 
-    def take(self, samples: int) -> bytes:
-        """Take samples out of the FIFO, `SAMPLE_REGISTERS` bytes each; it must hold so many."""
+    def read_fifo(self, samples: int) -> bytes:
+        """Read samples from the FIFO, `SAMPLE_REGISTERS` bytes each; it must hold as many."""
         data = bytearray()
         for first in range(0, samples, _BURST):
             size = min(_BURST, samples - first) * SAMPLE_REGISTERS
@@ -146,7 +152,7 @@ class Mpu6050:
         return bytes(data)
 
     def has_overflowed(self) -> bool:
-        """Whether the FIFO was full since this was asked last; the chip forgets as it answers."""
+        """Whether the FIFO overflowed since the last call; the read clears the bit."""
         return bool(self._bus.read_byte_data(self._address, INT_STATUS) & FIFO_OVERFLOW)
 
     def _check_identity(self) -> None:
@@ -156,7 +162,7 @@ class Mpu6050:
             cure = (
                 f"one does at {other:#04x}: use that address"
                 if self._who_am_i(other) is not None
-                else "check VCC, GND, SDA and SCL (i2cdetect -y shows what is on a bus)"
+                else "check VCC, GND, SDA and SCL (i2cdetect -y shows the devices on a bus)"
             )
             raise DataError(f"{self._name}: no chip answers at {self._address:#04x}; {cure}")
         if found != MPU6050_ID:

@@ -1,8 +1,8 @@
 """An MPU6050 on the I2C bus of a Raspberry Pi or another Linux machine.
 
-The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the host empties it now
-and then, and no sample depends on when it does.  A FIFO that is full drops its oldest bytes, and
-what is left no longer begins with a sample, so it is thrown away whole, and counted.
+The chip writes every sample into a FIFO of 1024 bytes, by its own clock; the times at which the
+host reads it do not affect the samples.  A full FIFO drops its oldest bytes, and the rest no longer
+starts with a sample, so all of it is discarded and counted.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from footnav.capture.block import Block
 from footnav.capture.clock import HostedClock
 from footnav.capture.i2c_chip import ADDRESSES, FIFO_BYTES, Bus, Mpu6050
 from footnav.capture.silence import Silence
-from footnav.capture.source import Closing, Losses
+from footnav.capture.source import CloseOnExit, LossCounters
 from footnav.errors import ConfigError, DataError
-from footnav.export.library import require
 from footnav.mpu6050 import SAMPLE_REGISTERS, Setup
+from footnav.optional import require
 from footnav.recording import Floats
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-_POLL = 0.02
-"""s between two looks at the FIFO, which holds 73 samples: 0.37 s at 200 Hz."""
+_POLL_INTERVAL = 0.02
+"""s between two reads of the FIFO, which holds 73 samples: 0.37 s at 200 Hz."""
 
-_PATIENCE = 1.0
-"""Longest silence, s."""
+_MAX_SILENCE = 1.0
+"""Maximum time without samples, s."""
 
 _RATE_SIGMA = 0.02
 
 
-class I2cSource(Closing):
+class I2cSource(CloseOnExit):
     """An MPU6050 on an I2C bus, read through its FIFO; a `footnav.capture.Source`.
 
     Parameters
@@ -44,26 +44,26 @@ class I2cSource(Closing):
     bus : Bus
         An open bus; `I2cSource.open` opens one.
     setup : Setup, optional
-        How to set the chip.
+        Settings of the chip.
     address : int
         0x68, or 0x69 with the pin AD0 high.
     name : str
-        What messages call the bus.
+        Name of the bus in messages.
     clock : callable
         The host's time, s; monotonic.
     sleep : callable
-        Waits for a time in s.
+        Sleeps for a time in s.
 
     Raises
     ------
     ConfigError
-        The address is none that the chip can have.
+        The chip cannot have the address.
     DataError
-        No chip answers, it is another one, or it does not keep its settings.
+        No chip answers, it is another one, or its registers do not hold the settings.
     """
 
     name: str
-    losses: Losses
+    losses: LossCounters
 
     def __init__(
         self,
@@ -75,14 +75,14 @@ class I2cSource(Closing):
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         self.name = name
-        self.losses = Losses()
+        self.losses = LossCounters()
         self._bus = bus
         self._setup = setup or Setup()
         self._chip = Mpu6050(bus, address, name)
         self._chip.configure(self._setup, sleep)
         self._now, self._sleep = clock, sleep
-        # A FIFO is looked at anywhere between two samples.
-        self._clock = HostedClock(_RATE_SIGMA, lateness=self._interval)
+        # The FIFO is read at any time between two samples.
+        self._clock = HostedClock(_RATE_SIGMA, latency=self._interval)
         self._silence = Silence()
         self._elapsed = self._t = 0.0
         self._aligned = self._follows = False
@@ -96,7 +96,7 @@ class I2cSource(Closing):
         bus : int
             Its number: 1 on a Raspberry Pi, for /dev/i2c-1.
         setup : Setup, optional
-            How to set the chip.
+            Settings of the chip.
         address : int
             0x68, or 0x69 with the pin AD0 high.
 
@@ -108,7 +108,7 @@ class I2cSource(Closing):
         Raises
         ------
         ConfigError
-            smbus2 is missing, or a setting is none that the chip has.
+            smbus2 is missing, or the chip does not have a setting.
         DataError
             The bus cannot be opened, no chip answers, or it is another one.
         """
@@ -117,7 +117,8 @@ class I2cSource(Closing):
             opened = smbus2.SMBus(bus)
         except OSError as error:
             raise DataError(
-                f"/dev/i2c-{bus} cannot be opened: {error.strerror}; switch I2C on (raspi-config, interface options), "
+                f"/dev/i2c-{bus} cannot be opened: {error.strerror}; switch I2C on (raspi-config, "
+                "interface options), "
                 "and join the group i2c"
             ) from None
         try:
@@ -127,11 +128,11 @@ class I2cSource(Closing):
             raise
 
     def close(self) -> None:
-        """Close the bus; the chip goes on sampling."""
+        """Close the bus; the chip continues to sample."""
         self._bus.close()
 
     def read(self) -> list[Block]:
-        """Return what the FIFO holds, or nothing for a look that found none; looks `_POLL` apart.
+        """Return the samples in the FIFO; after an empty read, wait for `_POLL_INTERVAL`.
 
         Returns
         -------
@@ -141,10 +142,10 @@ class I2cSource(Closing):
         Raises
         ------
         DataError
-            The chip has not answered, or has given no samples, for a second.
+            The chip did not answer, or gave no samples, for a second.
         """
         try:
-            counts, host = self._drain()
+            counts, host = self._read_fifo()
         except OSError as error:
             self._skip(error)
             return []
@@ -152,39 +153,39 @@ class I2cSource(Closing):
             self._check_alive(
                 "the chip answers, but takes no samples; did its supply fail for a moment?"
             )
-            self._sleep(_POLL)
+            self._sleep(_POLL_INTERVAL)
             return []
         self._silence.reset()
         return [Block.from_counts(self._stamps(len(counts), host), counts, self._setup)]
 
-    def _drain(self) -> tuple[list[tuple[int, ...]], float]:
-        """Return the samples in the FIFO, and when the last of them was there."""
+    def _read_fifo(self) -> tuple[list[tuple[int, ...]], float]:
+        """Return the samples in the FIFO, and the host's time of the last."""
         if not self._aligned:
             self._begin()
         held, host = self._chip.fifo_bytes(), self._now()
-        data = self._chip.take(held // SAMPLE_REGISTERS)
-        # Asked last, so that an overflow while the FIFO was being read does not go unseen.
+        data = self._chip.read_fifo(held // SAMPLE_REGISTERS)
+        # Checked last, so that an overflow during the read is detected.
         if self._chip.has_overflowed() or held >= FIFO_BYTES:
             self._count(overflows=1)
             self._check_alive(
-                "its FIFO overflows again and again; lower the rate, or raise the clock of the bus"
+                "its FIFO overflows repeatedly; lower the rate, or raise the clock of the bus"
             )
             self._begin()
             return [], host
         return list(struct.iter_unpack(">7h", data)), host
 
     def _begin(self) -> None:
-        """Let the FIFO begin with a sample, which does not follow on those before."""
+        """Restart the FIFO at a sample, which does not continue those before."""
         self._aligned = self._follows = False
-        self._chip.empty_fifo()
+        self._chip.reset_fifo()
         self._aligned = True
 
     def _skip(self, error: OSError) -> None:
-        """Go on after a transfer that failed, which may have left half a sample in the FIFO."""
+        """Continue after a failed transfer, which may have left half a sample in the FIFO."""
         self._aligned = False
         self._count(broken=1)
         self._check_alive(f"transfers fail: {error}; check the wires, and make them shorter")
-        self._sleep(_POLL)
+        self._sleep(_POLL_INTERVAL)
 
     def _stamps(self, n: int, host: float) -> Floats:
         device: Floats = self._elapsed + self._interval * np.arange(1.0, n + 1)
@@ -207,5 +208,5 @@ class I2cSource(Closing):
 
     def _check_alive(self, reason: str) -> None:
         silence = self._silence.update(self._now())
-        if silence > _PATIENCE:
+        if silence > _MAX_SILENCE:
             raise DataError(f"{self.name}: no sample for {silence:.1f} s: {reason}")

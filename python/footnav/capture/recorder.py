@@ -1,4 +1,4 @@
-"""From a live sensor to a recording, or straight into a navigator."""
+"""Recording and tracking of a live sensor."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from footnav.navigator import Navigator
     from footnav.trajectory import Trajectory
 
-_FIRST_LOOK = 1.0
-"""s after which the samples are checked as a recording, so that nobody walks with a sensor whose scale is wrong."""
+_VALIDATED_AFTER = 1.0
+"""s after which the samples are validated, so that a wrong scale is found early."""
 
 
 class Recorder:
-    """Gathers blocks until they are made a recording.
+    """Collects the blocks of a recording.
 
     Parameters
     ----------
     name : str
-        What messages, and later the recording, call the source.
+        Name of the source in messages and of the recording.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Recorder:
         self.name = name
         self.samples = 0
         self._blocks: list[Block] = []
-        self._looked = False
+        self._validated = False
 
     @property
     def duration(self) -> float:
@@ -51,11 +51,11 @@ class Recorder:
 
     @property
     def setup(self) -> Setup | None:
-        """How the chip is set; None before the first block."""
+        """Settings of the chip; None before the first block."""
         return self._blocks[0].setup if self._blocks else None
 
     def add(self, block: Block) -> None:
-        """Take the next block in.
+        """Append the next block.
 
         Parameters
         ----------
@@ -65,21 +65,21 @@ class Recorder:
         Raises
         ------
         DataError
-            The chip was set otherwise than before, or the first second cannot be a recording of a
-            shoe.
+            The settings of the chip changed, or the first second is not a valid recording.
         """
         if self.setup not in (None, block.setup):
             raise DataError(
-                f"{self.name}: the chip was set to {self.setup}, and now is to {block.setup}; capture anew"
+                f"{self.name}: the settings of the chip changed from {self.setup} to "
+                f"{block.setup}; restart the capture"
             )
         self._blocks.append(block)
         self.samples += len(block)
-        if not self._looked and self.duration >= _FIRST_LOOK:
-            self._looked = True
+        if not self._validated and self.duration >= _VALIDATED_AFTER:
+            self._validated = True
             self.recording()
 
     def recording(self) -> Recording:
-        """Make a recording of all that came.
+        """Make a recording of all blocks.
 
         Returns
         -------
@@ -89,11 +89,11 @@ class Recorder:
         Raises
         ------
         DataError
-            There are fewer than two samples, or they cannot be those of a shoe.
+            There are fewer than two samples, or they are not a valid recording.
         """
         if self.samples < 2:
             raise DataError(
-                f"{self.name}: {self.samples} samples came; at least 2 make a recording"
+                f"{self.name}: {self.samples} samples arrived; a recording needs at least 2"
             )
         blocks, setup = self._blocks, self._blocks[0].setup
         return Recording(
@@ -108,7 +108,7 @@ class Recorder:
 
 
 def record(
-    source: Source, seconds: float, watch: Callable[[Block], None] | None = None
+    source: Source, seconds: float, on_block: Callable[[Block], None] | None = None
 ) -> Recording:
     """Record from a live sensor.
 
@@ -117,32 +117,31 @@ def record(
     source : Source
         The sensor.
     seconds : float
-        How long, by the stamps of the samples; whole blocks, so a little longer.
-    watch : callable, optional
-        Sees every block as it comes.
+        Minimum duration by the stamps of the samples; the recording ends with a whole block.
+    on_block : callable, optional
+        Called with every block.
 
     Returns
     -------
     Recording
-        Named as the source, with the temperature and the full scales.
+        With the name of the source, temperature and full scales.
 
     Raises
     ------
     DataError
-        The sensor cannot be read, has been silent for too long, or its samples cannot be those of a
-        shoe.
+        The sensor cannot be read, gave no samples for too long, or gave invalid ones.
     """
     recorder = Recorder(source.name)
     for block in stream(source):
         recorder.add(block)
-        if watch is not None:
-            watch(block)
+        if on_block is not None:
+            on_block(block)
         if recorder.duration >= seconds:
             break
     return recorder.recording()
 
 
-def follow(source: Source, navigator: Navigator) -> Iterator[Trajectory]:
+def track_live(source: Source, navigator: Navigator) -> Iterator[Trajectory]:
     """Track a live sensor, without end.
 
     Parameters
@@ -150,20 +149,20 @@ def follow(source: Source, navigator: Navigator) -> Iterator[Trajectory]:
     source : Source
         The sensor.
     navigator : Navigator
-        Built for the rate of the sensor; `Navigator.flush` gives its last states once the walk is
-        over.
+        Navigator for the rate of the sensor; `Navigator.flush` gives its last states after the
+        walk.
 
     Yields
     ------
     Trajectory
-        The states that came out with each block, possibly none.
+        The states that each block outputs, possibly none.
 
     Raises
     ------
     DataError
-        The sensor cannot be read, or has been silent for too long.
+        The sensor cannot be read, or gave no samples for too long.
     NumericalError
-        The filter cannot go on.
+        The filter failed.
     """
     for block in stream(source):
         yield navigator.push_block(block.t, block.accel, block.gyro)

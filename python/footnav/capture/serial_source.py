@@ -15,9 +15,9 @@ from footnav.capture.block import Block
 from footnav.capture.clock import HostedClock
 from footnav.capture.line import Decoder, Sample
 from footnav.capture.silence import Silence
-from footnav.capture.source import Closing, Losses
+from footnav.capture.source import CloseOnExit, LossCounters
 from footnav.errors import ConfigError, DataError
-from footnav.export.library import require
+from footnav.optional import require
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -25,26 +25,27 @@ if TYPE_CHECKING:
 BAUD = 250_000
 """Bits per second, as in the sketch."""
 
-POLL = 0.05
-"""Longest wait for bytes, s."""
+POLL_INTERVAL = 0.05
+"""Maximum wait for bytes, s."""
 
-PATIENCE = 5.0
-"""Longest silence, s; an Arduino that is reset as its port is opened takes up to 2 s."""
+MAX_SILENCE = 5.0
+"""Maximum time without samples, s; an Arduino that is reset as its port is opened takes up to 2 s.
+"""
 
-_RATE_SIGMA, _LATENESS = 0.005, 0.005
-"""The ceramic resonator of an Uno; the 1 to 16 ms in which USB bridges deliver."""
+_RATE_SIGMA, _LATENCY = 0.005, 0.005
+"""Error of the ceramic resonator of an Uno; latency of USB bridges, 1 to 16 ms, s."""
 
 
 class Port(Protocol):
-    """What is used of `serial.Serial`."""
+    """The members of `serial.Serial` that are used."""
 
     @property
     def in_waiting(self) -> int:
-        """Number of bytes that can be read without waiting."""
+        """Number of bytes that can be read immediately."""
         ...
 
     def read(self, size: int = 1) -> bytes:
-        """Wait for `size` bytes, up to the time-out of the port, and return what came."""
+        """Wait for `size` bytes, up to the time-out of the port, and return those that arrived."""
         ...
 
     def close(self) -> None:
@@ -52,7 +53,7 @@ class Port(Protocol):
         ...
 
 
-class SerialSource(Closing):
+class SerialSource(CloseOnExit):
     """A board with the sketch `mpu6050_stream` on a serial port; a `footnav.capture.Source`.
 
     Parameters
@@ -60,7 +61,7 @@ class SerialSource(Closing):
     port : Port
         An open port with a time-out; `SerialSource.open` opens one.
     name : str
-        What messages call it.
+        Name in messages.
     clock : callable
         The host's time, s; monotonic.
     """
@@ -72,7 +73,7 @@ class SerialSource(Closing):
         self._port = port
         self._now = clock
         self._decoder = Decoder()
-        self._clock = HostedClock(_RATE_SIGMA, _LATENESS)
+        self._clock = HostedClock(_RATE_SIGMA, _LATENCY)
         self._run: int | None = None
         self._received = 0
         self._silence = Silence()
@@ -102,7 +103,7 @@ class SerialSource(Closing):
         """
         serial = require("serial", "pyserial", ConfigError)
         try:
-            opened = serial.Serial(port, baud, timeout=POLL)
+            opened = serial.Serial(port, baud, timeout=POLL_INTERVAL)
             opened.reset_input_buffer()
         except (OSError, ValueError) as error:
             raise DataError(f"{port} cannot be opened: {_reason(error)}; {_ports_text()}") from None
@@ -113,27 +114,27 @@ class SerialSource(Closing):
         self._port.close()
 
     @property
-    def losses(self) -> Losses:
-        """What was lost since the capture began."""
+    def losses(self) -> LossCounters:
+        """Losses since the start of the capture."""
         return self._decoder.losses
 
     @property
     def device(self) -> int | None:
-        """Number that the sketch gives to its sensor; None before its first header."""
+        """Number of the sensor in the sketch; None before the first header."""
         return self._decoder.device
 
     def read(self) -> list[Block]:
-        """Return the samples that have come, after `POLL` at the latest; more than one block after a restart.
+        """Return the samples that have arrived, within `POLL_INTERVAL`.
 
         Returns
         -------
         list of Block
-            Possibly none.
+            Possibly none; more than one after a restart.
 
         Raises
         ------
         DataError
-            The port vanished, the board reports a fault, or no sample came for `PATIENCE`.
+            The port disappeared, the board reports a fault, or no sample arrived for `MAX_SILENCE`.
         """
         data = self._receive()
         host = self._now()
@@ -148,11 +149,11 @@ class SerialSource(Closing):
 
     def _receive(self) -> bytes:
         try:
-            # One byte is waited for, and what came with it taken along.
+            # Wait for one byte, and read all that arrived with it.
             return self._port.read(1) + self._port.read(self._port.in_waiting)
         except OSError as error:
             raise DataError(
-                f"{self.name} is gone: {_reason(error)}; was the plug pulled?"
+                f"{self.name} disappeared: {_reason(error)}; was it unplugged?"
             ) from None
 
     def _block(self, samples: list[Sample], host: float) -> Block:
@@ -166,27 +167,36 @@ class SerialSource(Closing):
         return Block.from_counts(t, [sample.counts for sample in samples], setup)
 
     def _check_alive(self, host: float) -> None:
-        trouble, silence = self._decoder.trouble, self._silence.update(host)
-        if trouble and self._run is None:
-            raise DataError(f"{self.name}: {trouble}")
-        if silence > PATIENCE:
+        fault, silence = self._decoder.fault, self._silence.update(host)
+        if fault and self._run is None:
+            raise DataError(f"{self.name}: {fault}")
+        if silence > MAX_SILENCE:
             raise DataError(
-                f"{self.name}: no sample for {silence:.0f} s; {trouble or self._guess()}"
+                f"{self.name}: no sample for {silence:.0f} s; {fault or self._likely_cause()}"
             )
 
-    def _guess(self) -> str:
-        """Say what is probably wrong when no samples come."""
+    def _likely_cause(self) -> str:
+        """Return the likely cause when no samples arrive."""
         if not self._received:
-            return "nothing arrives at all: is this the board's port, and the sketch mpu6050_stream on it?"
+            return (
+                "no bytes arrive: is this the board's port, and is the sketch mpu6050_stream "
+                "uploaded?"
+            )
         if self._run is None and not self.losses.unscaled:
-            return f"{self._received} bytes arrived, but no line of the sketch: do the baud rates agree?"
+            return (
+                f"{self._received} bytes arrived, but no line of the sketch: do the baud rates "
+                "agree?"
+            )
         if self._run is None:
-            return "samples arrive, but never the header with their full scale: do the versions of the sketch agree?"
-        return "the board stopped sending: look at its supply and its cable"
+            return (
+                "samples arrive, but never the header with their full scale: do the versions of "
+                "the sketch agree?"
+            )
+        return "the board stopped sending: check its supply and its cable"
 
 
 def _reason(error: Exception) -> str:
-    """Say why; pyserial wraps the error of the system in words of its own."""
+    """Return the reason of the system, which pyserial wraps in a message of its own."""
     number = getattr(error, "errno", None)
     text = os.strerror(number) if number else str(error)
     return f"{text} (on Linux, join the group dialout)" if number == errno.EACCES else text

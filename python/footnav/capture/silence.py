@@ -12,7 +12,7 @@ class Silence:
         self._total = 0.0
 
     def reset(self) -> None:
-        """Begin anew after a sample."""
+        """Start again after a sample."""
         self._last, self._total = None, 0.0
 
     def update(self, now: float) -> float:

@@ -1,4 +1,4 @@
-"""Where live samples come from, and what was lost on the way."""
+"""Sources of live samples, and counters of their losses."""
 
 from __future__ import annotations
 
@@ -16,24 +16,23 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Losses:
-    """What did not arrive since the capture began; all zero on a sound link.
+class LossCounters:
+    """Losses since the start of a capture; all zero on an intact link.
 
     Attributes
     ----------
     missing : int
-        Samples that the sensor took and that never came: numbers missing in the sequence of the
-        lines, or the time of a full FIFO in samples.
+        Samples that did not arrive: gaps in the sequence numbers of the lines, or the duration of a
+        FIFO overflow in samples.
     broken : int
-        Lines of a serial link whose checksum or form is wrong, or transfers on an I2C bus that
-        failed; the samples in them count as missing, too.
+        Lines of a serial link whose checksum or form is wrong, or failed transfers on an I2C bus;
+        their samples also count as missing.
     unscaled : int
-        Samples that came before the line that names their full scale, and were left out.
+        Samples before the header with their full scale, which are discarded.
     restarts : int
-        Times that the device began anew, as after a touch of its reset button; what was lost
-        meanwhile is not known.
+        Restarts of the device, as by its reset button; the losses meanwhile are unknown.
     overflows : int
-        Times that the FIFO of a sensor on an I2C bus was full before it was read.
+        Overflows of the FIFO of a sensor on an I2C bus.
     """
 
     missing: int = 0
@@ -42,8 +41,8 @@ class Losses:
     restarts: int = 0
     overflows: int = 0
 
-    def plus(self, **more: int) -> Losses:
-        """Return these counters, each with what is `more`."""
+    def plus(self, **more: int) -> LossCounters:
+        """Return the counters increased by `more`."""
         return dataclasses.replace(
             self, **{label: getattr(self, label) + count for label, count in more.items()}
         )
@@ -64,31 +63,33 @@ class Losses:
 
 
 class Source(Protocol):
-    """A sensor whose samples come live; the serial line and the I2C bus are two."""
+    """A sensor with live samples, such as on a serial line or on an I2C bus."""
 
     @property
     def name(self) -> str:
-        """What messages call it, such as the name of the port."""
+        """Name in messages, such as that of the port."""
         ...
 
     @property
-    def losses(self) -> Losses:
-        """What was lost since the capture began."""
+    def losses(self) -> LossCounters:
+        """Losses since the start of the capture."""
         ...
 
     def read(self) -> Sequence[Block]:
-        """Return the blocks that have come, after a tenth of a second at the latest; often one, possibly none.
+        """Return the blocks that have arrived, within a tenth of a second.
+
+        Often one, possibly none.
 
         Raises
         ------
         DataError
-            The sensor cannot be read, or has been silent for too long.
+            The sensor cannot be read, or gave no samples for too long.
         """
         ...
 
 
-class Closing(ABC):
-    """Closes itself at the end of a `with` statement."""
+class CloseOnExit(ABC):
+    """Base of sources that are closed at the end of a `with` statement."""
 
     @abstractmethod
     def close(self) -> None:
@@ -109,7 +110,7 @@ class Closing(ABC):
 
 
 def stream(source: Source) -> Iterator[Block]:
-    """Give the blocks of a source as they come, without end.
+    """Iterate over the blocks of a source, without end.
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def stream(source: Source) -> Iterator[Block]:
     Raises
     ------
     DataError
-        The sensor cannot be read, or has been silent for too long.
+        The sensor cannot be read, or gave no samples for too long.
 
     Examples
     --------

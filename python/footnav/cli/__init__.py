@@ -4,25 +4,20 @@ Exit status: 0 done, 1 the data or the run failed, 2 the command or the settings
 wrong.
 """
 
-import os
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, Parameter
 
-from footnav import __version__
+from footnav._core import __version__
 from footnav.cli import calibrate
 from footnav.cli.allan import measure_noise
 from footnav.cli.capture import app as capture_app
-from footnav.cli.console import complain
-from footnav.cli.demo import demonstrate
-from footnav.cli.info import inform
-from footnav.cli.papers import reproduce
+from footnav.cli.demo import run_demo
+from footnav.cli.info import examine_files
+from footnav.cli.run import run_app
 from footnav.cli.simulate import simulate_walk
 from footnav.cli.track import track_files
-from footnav.errors import ConfigError, FootnavError
-
-FAILED, MISUSED, INTERRUPTED = 1, 2, 130
 
 app = App(
     name="footnav",
@@ -31,7 +26,7 @@ app = App(
     help_format="markdown",
     default_parameter=Parameter(negative=""),
 )
-app.command(demonstrate, name="demo", usage="Usage: footnav demo [OPTIONS]")
+app.command(run_demo, name="demo", usage="Usage: footnav demo [OPTIONS]")
 app.command(track_files, name="track", usage="Usage: footnav track FILE... [OPTIONS]")
 app.command(
     simulate_walk, name="simulate", usage="Usage: footnav simulate ROUTE [SIZE...] [OPTIONS]"
@@ -39,8 +34,7 @@ app.command(
 app.command(measure_noise, name="allan", usage="Usage: footnav allan FILE [OPTIONS]")
 app.command(capture_app)
 app.command(calibrate.app)
-app.command(reproduce, name="papers", usage="Usage: footnav papers [OPTIONS]")
-app.command(inform, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
+app.command(examine_files, name="info", usage="Usage: footnav info FILE... [OPTIONS]")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,36 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What follows the program's name; that of the process unless given.
+        Arguments after the program's name; those of the process unless given.
 
     Returns
     -------
     int
         Exit status.
     """
-    try:
-        return _run(sys.argv[1:] if arguments is None else arguments)
-    except CycloptsError as error:
-        complain(f"{error} See: {' '.join(('footnav', *(error.command_chain or ())))} --help")
-        return MISUSED
-    except ConfigError as error:
-        complain(error)
-        return MISUSED
-    except FootnavError as error:
-        complain(error)
-        return FAILED
-    except BrokenPipeError:
-        # The reader of a pipe, such as `head`, has seen enough; without this the interpreter
-        # complains as it exits.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return INTERRUPTED
-
-
-def _run(arguments: Sequence[str]) -> int:
-    command, bound, _ = app.parse_args(arguments, exit_on_error=False, print_error=False)
-    status: int | None = command(*bound.args, **bound.kwargs)
-    sys.stdout.flush()
-    return status or 0
+    return run_app(app, sys.argv[1:] if arguments is None else arguments)

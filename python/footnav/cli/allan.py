@@ -6,11 +6,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from footnav.allan import allan
-from footnav.cli.console import attending, print_table
+from footnav.cli.console import print_table, reporting
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import noise_table
 from footnav.errors import ConfigError
-from footnav.export.atomic import replacing
+from footnav.files import replacing
 from footnav.noise import INFLATION
 from footnav.plot import check_picture, plot_allan, save_figure
 from footnav.recording import Recording
@@ -52,7 +52,7 @@ def measure_noise(
     """
     if plot is not None:
         check_picture(plot)
-    with attending(file.name) as progress:
+    with reporting(file.name) as progress:
         deviation = allan(_read_one(file, reading), span, progress=progress)
         figures = deviation.fit()
         settings = [

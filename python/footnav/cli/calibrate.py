@@ -23,7 +23,7 @@ from footnav.calibration import (
     load_calibration,
 )
 from footnav.calibration.model import SENSORS
-from footnav.cli.console import attending, caution, print_table
+from footnav.cli.console import print_table, print_warning, reporting
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.config import Vector
 from footnav.errors import ConfigError
@@ -32,7 +32,7 @@ from footnav.recording import Recording
 
 app = App(
     name="calibrate",
-    help="Calibrate the sensors from recordings made on a table.",
+    help="Calibrate the sensors from recordings on a table.",
     default_parameter=Parameter(negative=""),
 )
 
@@ -40,18 +40,18 @@ app = App(
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """Where a calibration goes, and what it is of.
+    """Output of a calibration, and the device.
 
     Attributes
     ----------
     out : Path
         File to write.
     update : Path, optional
-        Calibration whose other sensors are kept.
+        Calibration to update; its other sensors are kept.
     device : str
-        What the device is called.
+        Name of the device.
     dlpf_cfg : int, optional
-        DLPF_CFG of an MPU6050, to be kept with the calibration; needs both ranges.
+        DLPF_CFG of an MPU6050, to be stored with the calibration; needs both ranges.
     smplrt_div : int, optional
         SMPLRT_DIV of an MPU6050.
     """
@@ -105,14 +105,14 @@ def accel(
     target: Target = HERE,
     reading: Reading = AS_FOUND,
 ) -> int:
-    """Calibrate the accelerometer from rests in nine or more poses, and the gyroscope from the turns between them.
+    """Calibrate accelerometer and gyroscope from rests in nine or more poses and turns between.
 
     Parameters
     ----------
     files : list of Path
         Recordings that start at rest and rest in pose after pose.
     six_position : bool
-        The sensor sits square in a box that lay on its six sides; turns about its edges are of
+        The sensor is in a box that rests on each of its six sides; turns about its edges are of
         --turn-deg.
     turn_deg : float
         Angle of the known turns, degrees.
@@ -123,7 +123,7 @@ def accel(
     initial : float
         Length of the rest at the start, s.
     target : Target
-        Where the calibration goes.
+        Output of the calibration.
     reading : Reading
         How to read the recordings.
 
@@ -161,7 +161,7 @@ def gyro(files: list[Path], /, *, target: Target = HERE, reading: Reading = AS_F
     files : list of Path
         Recordings that rest from the first sample to the last.
     target : Target
-        Where the calibration goes.
+        Output of the calibration.
     reading : Reading
         How to read the recordings.
 
@@ -178,14 +178,14 @@ def gyro(files: list[Path], /, *, target: Target = HERE, reading: Reading = AS_F
 
 @app.command(name="mag", usage="Usage: footnav calibrate mag FILE... [OPTIONS]")
 def mag(files: list[Path], /, *, target: Target = HERE, reading: Reading = AS_FOUND) -> int:
-    """Find hard and soft iron from recordings that are turned all around.
+    """Find hard and soft iron from recordings with rotations about all axes.
 
     Parameters
     ----------
     files : list of Path
         Recordings with a magnetometer, far from iron.
     target : Target
-        Where the calibration goes.
+        Output of the calibration.
     reading : Reading
         How to read the recordings.
 
@@ -203,7 +203,7 @@ def mag(files: list[Path], /, *, target: Target = HERE, reading: Reading = AS_FO
 def temperature(
     files: list[Path], /, *, order: int = 2, target: Target = HERE, reading: Reading = AS_FOUND
 ) -> int:
-    """Measure how bias and scale follow the temperature, from recordings at rest that warm up or cool down.
+    """Measure bias and scale over temperature, from recordings at rest that warm up or cool down.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def temperature(
     order : int
         Order of the polynomials, 1 to 3.
     target : Target
-        Where the calibration goes.
+        Output of the calibration.
     reading : Reading
         How to read the recordings.
 
@@ -230,12 +230,12 @@ def temperature(
 
 
 def tabulate(calibration: SensorCalibration) -> Table:
-    """Put what was found into a table.
+    """Tabulate a calibration.
 
     Parameters
     ----------
     calibration : SensorCalibration
-        What was found.
+        The calibration.
 
     Returns
     -------
@@ -253,12 +253,12 @@ def tabulate(calibration: SensorCalibration) -> Table:
 
 
 def tabulate_temperature(calibration: SensorCalibration) -> Table | None:
-    """Put what the temperature does into a table, or return None where it is not known.
+    """Tabulate the dependence on temperature, or return None where there is none.
 
     Parameters
     ----------
     calibration : SensorCalibration
-        What was found.
+        The calibration.
 
     Returns
     -------
@@ -300,7 +300,7 @@ def _coefficients(
 
 
 _UNITS = {"accel": (1.0, "m/s^2"), "gyro": (180 / math.pi, "deg/s"), "mag": (1e6, "uT")}
-"""Factor and unit in which the bias of each sensor is shown."""
+"""Factor and unit of the bias of each sensor in tables."""
 
 
 def _row(label: str, triad: Triad, axis: int) -> tuple[str, str, str]:
@@ -326,9 +326,9 @@ def _calibrate(
     reading: Reading,
     work: Callable[[list[Recording]], SensorCalibration],
 ) -> int:
-    """Read the files, work on them together, write the calibration and print it."""
+    """Read the files, calibrate, write the calibration and print it."""
     existing = None if target.update is None else load_calibration(target.update)
-    with attending(", ".join(path.name for path in files)):
+    with reporting(", ".join(path.name for path in files)):
         recordings = [recording for path in files for recording in _read(path, reading)]
         found = work(recordings)
     calibration = found if existing is None else existing.update(found)
@@ -349,13 +349,14 @@ def _read(path: Path, reading: Reading) -> list[Recording]:
     walks = list(read_walks(path, reading).values())
     if len(walks) > 1:
         raise ConfigError(
-            f"{path} holds the sensors of both feet; calibrate one at a time, with --foot left or right"
+            f"{path} holds the sensors of both feet; calibrate one at a time, with --foot left or "
+            "right"
         )
     return walks
 
 
 def _remarks(calibration: SensorCalibration) -> list[str]:
-    """Say how good each sensor's estimate is, and what it lacks."""
+    """Describe quality and limits of each sensor's estimate."""
     lines = []
     for label, triad in calibration.triads().items():
         parts = [f"{triad.observations} observations"] if triad.observations else []
@@ -367,7 +368,8 @@ def _remarks(calibration: SensorCalibration) -> list[str]:
             span = f"from {triad.thermal.lowest:.1f} to {triad.thermal.highest:.1f} degC"
             factor, unit = _UNITS[label]
             parts.append(
-                f"{span}, T0 {triad.thermal.reference:.1f}, residual {factor * triad.thermal.residual:.4f} {unit}"
+                f"{span}, T0 {triad.thermal.reference:.1f}, residual "
+                f"{factor * triad.thermal.residual:.4f} {unit}"
             )
         if triad.note:
             parts.append(triad.note)
@@ -386,9 +388,10 @@ def _residual(label: str, triad: Triad) -> str:
 def _warn_of_loss(existing: SensorCalibration, calibration: SensorCalibration, out: Path) -> None:
     for label, triad in existing.triads().items():
         if triad.thermal is not None and getattr(calibration, label).thermal is None:
-            caution(
+            print_warning(
                 str(out),
-                f"the {SENSORS[label]} follows the temperature no more: calibrate temperature again",
+                f"the {SENSORS[label]} has no temperature model any more: calibrate temperature "
+                "again",
             )
 
 

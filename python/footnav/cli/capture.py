@@ -1,4 +1,4 @@
-"""`footnav capture`: record from a live MPU6050, freely or through the poses of a calibration."""
+"""`footnav capture`: record from a live MPU6050, with or without the poses of a calibration."""
 
 import math
 import time
@@ -18,8 +18,8 @@ from footnav.capture.recorder import Recorder
 from footnav.capture.rest_detection import RestMonitor
 from footnav.capture.serial_source import BAUD, SerialSource
 from footnav.capture.source import Source, stream
-from footnav.cli.console import complain
-from footnav.cli.live import Screen, screen
+from footnav.cli.console import print_error
+from footnav.cli.live import StatusLine, status_line
 from footnav.errors import ConfigError, DataError
 from footnav.export.recording import check_suffix
 from footnav.mpu6050 import Setup
@@ -27,20 +27,20 @@ from footnav.mpu6050 import Setup
 _FAILED = 1
 """Exit status."""
 
-_WORTH_KEEPING = 2.0
-"""s of samples; a capture that fails earlier leaves no file."""
+_MIN_DURATION = 2.0
+"""s; a capture that fails earlier leaves no file."""
 
 _RATE_WINDOW = 2.0
-"""s over which the line on the screen takes the rate."""
+"""s; interval of the rate in the status line."""
 
-Watch = Callable[[Block], bool]
-"""Sees every block, and tells whether the capture is complete."""
+OnBlock = Callable[[Block], bool]
+"""Called with every block; returns whether the capture is complete."""
 
 
 @Parameter(name="*", group="Settings of the chip")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chip:
-    """How to set an MPU6050 on an I2C bus.
+    """Settings of an MPU6050 on an I2C bus.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Chip:
     Raises
     ------
     ConfigError
-        A value is none that the chip has.
+        The chip does not have a value.
     """
 
     rate_hz: float = 200.0
@@ -68,12 +68,12 @@ class Chip:
     address: Annotated[int, Parameter(show_default=hex)] = ADDRESSES[0]
 
     def __post_init__(self) -> None:
-        """Refuse what the chip does not have, before any bus is opened."""
+        """Validate the settings before any bus is opened."""
         check_address(self.address)
         self.setup()
 
     def setup(self) -> Setup:
-        """Return the settings as the chip's driver takes them."""
+        """Return the settings of the chip's registers."""
         return Setup.at_rate(
             self.rate_hz,
             accel_range_g=self.accel_range,
@@ -82,16 +82,16 @@ class Chip:
         )
 
 
-AS_USUAL = Chip()
-"""What suits a foot."""
+DEFAULT_CHIP = Chip()
+"""Settings for a foot."""
 
-ThroughPoses = Annotated[Plan, Parameter(name="*", group="Poses")]
+PosePlan = Annotated[Plan, Parameter(name="*", group="Poses")]
 ALL_POSES = Plan()
-"""Enough for scale, misalignment and bias."""
+"""Default poses: enough for scale, misalignment and bias."""
 
 app = App(name="capture", help="Record from a live MPU6050, at an Arduino or on an I2C bus.")
 poses_app = App(
-    name="poses", help="Record a calibration: be told the next pose, and when it is done."
+    name="poses", help="Record the poses of a calibration with instructions for each pose."
 )
 app.command(poses_app)
 
@@ -100,7 +100,7 @@ app.command(poses_app)
 def capture_serial(
     port: str, /, *, baud: int = BAUD, seconds: float | None = None, out: Path | None = None
 ) -> int:
-    """Record from an Arduino with the sketch mpu6050_stream; Ctrl-C ends it and keeps what came.
+    """Record from an Arduino with the sketch mpu6050_stream until Ctrl-C.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def capture_serial(
     baud : int
         Bits per second, as in the sketch.
     seconds : float, optional
-        How long; until Ctrl-C unless given.
+        Duration, s; until Ctrl-C unless given.
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
 
@@ -125,20 +125,20 @@ def capture_serial(
 
 @app.command(name="i2c", usage="Usage: footnav capture i2c BUS [OPTIONS]")
 def capture_i2c(
-    bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = AS_USUAL
+    bus: int, /, *, seconds: float | None = None, out: Path | None = None, chip: Chip = DEFAULT_CHIP
 ) -> int:
-    """Record from an MPU6050 on an I2C bus; Ctrl-C ends it and keeps what came.
+    """Record from an MPU6050 on an I2C bus until Ctrl-C.
 
     Parameters
     ----------
     bus : int
         Number of the bus; 1 on a Raspberry Pi.
     seconds : float, optional
-        How long; until Ctrl-C unless given.
+        Duration, s; until Ctrl-C unless given.
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
     chip : Chip
-        How to set the chip.
+        Settings of the chip.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def capture_i2c(
 
 @poses_app.command(name="serial", usage="Usage: footnav capture poses serial PORT [OPTIONS]")
 def poses_serial(
-    port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: ThroughPoses = ALL_POSES
+    port: str, /, *, baud: int = BAUD, out: Path | None = None, plan: PosePlan = ALL_POSES
 ) -> int:
     """Record the poses of a calibration from an Arduino with the sketch mpu6050_stream.
 
@@ -165,7 +165,7 @@ def poses_serial(
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
     plan : Plan
-        Which poses, and how long.
+        Number and duration of the poses.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def poses_serial(
 
 @poses_app.command(name="i2c", usage="Usage: footnav capture poses i2c BUS [OPTIONS]")
 def poses_i2c(
-    bus: int, /, *, out: Path | None = None, plan: ThroughPoses = ALL_POSES, chip: Chip = AS_USUAL
+    bus: int, /, *, out: Path | None = None, plan: PosePlan = ALL_POSES, chip: Chip = DEFAULT_CHIP
 ) -> int:
     """Record the poses of a calibration from an MPU6050 on an I2C bus.
 
@@ -190,9 +190,9 @@ def poses_i2c(
     out : Path, optional
         The recording, .csv or .npz, which must not exist; named after the time unless given.
     plan : Plan
-        Which poses, and how long.
+        Number and duration of the poses.
     chip : Chip
-        How to set the chip.
+        Settings of the chip.
 
     Returns
     -------
@@ -205,14 +205,14 @@ def poses_i2c(
 
 
 def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
-    """Record freely.
+    """Record without poses.
 
     Parameters
     ----------
     source : Source
         The sensor.
     target : Path
-        Where the recording goes.
+        File of the recording.
     seconds : float
         How long.
 
@@ -224,84 +224,86 @@ def capture(source: Source, target: Path, seconds: float = math.inf) -> int:
     Raises
     ------
     DataError
-        The sensor gave nothing that is worth keeping.
+        The sensor gave too few samples to save.
     FootnavError
         The recording cannot be written.
     """
-    with screen() as shown:
-        meter = Meter(source, shown, seconds)
-        recorder, status = _gather(source, meter.see)
+    with status_line() as shown:
+        display = CaptureDisplay(source, shown, seconds)
+        recorder, status = _record(source, display.process)
     _save(recorder, target, source)
     print(f"next: footnav track {_as_argument(target, recorder.setup)}")
     return status
 
 
 def capture_poses(source: Source, target: Path, plan: Plan) -> int:
-    """Lead through the poses of a calibration, and record all of it.
+    """Guide through the poses of a calibration, and record all samples.
 
     Parameters
     ----------
     source : Source
         The sensor.
     target : Path
-        Where the recording goes.
+        File of the recording.
     plan : Plan
-        Which poses, and how long.
+        Number and duration of the poses.
 
     Returns
     -------
     int
-        Exit status: 1 if poses are missing, though the recording is kept.
+        Exit status: 1 if poses are missing; the recording is saved in any case.
 
     Raises
     ------
     DataError
-        The sensor gave nothing that is worth keeping.
+        The sensor gave too few samples to save.
     FootnavError
         The recording cannot be written.
     """
     guide = Guide(plan)
-    with screen() as shown:
-        recorder, status = _gather(source, Leader(guide, shown).see)
+    with status_line() as shown:
+        recorder, status = _record(source, PoseDisplay(guide, shown).process)
     _save(recorder, target, source)
     if guide.stage is not Stage.DONE:
         missing = ", ".join(guide.missing_sides) or "no side"
-        complain(
-            f"{target} is not complete: {missing} and {plan.tilts - guide.tilts} of {plan.tilts} tilts are missing"
+        print_error(
+            f"{target} is not complete: {missing} and {plan.tilts - guide.tilts} of {plan.tilts} "
+            "tilts are missing"
         )
         return _FAILED
     print(f"next: footnav calibrate accel {_as_argument(target, recorder.setup)}")
     return status
 
 
-class Meter:
-    """Shows how a capture goes on: time, rate, losses, and whether the sensor moves.
+class CaptureDisplay:
+    """Shows the state of a capture: time, rate, losses, and whether the sensor moves.
 
     Parameters
     ----------
     source : Source
         The sensor.
-    shown : Screen
-        Where to show it.
+    shown : StatusLine
+        The status line.
     seconds : float
-        When the capture is complete.
+        Duration of the capture, s.
     """
 
-    def __init__(self, source: Source, shown: Screen, seconds: float) -> None:
+    def __init__(self, source: Source, shown: StatusLine, seconds: float) -> None:
         self._source, self._shown, self._seconds = source, shown, seconds
         self._rest_monitor = RestMonitor()
         self._state = "..."
         self._start: float | None = None
         self._recent: deque[tuple[float, int]] = deque()
 
-    def see(self, block: Block) -> bool:
-        """Take a block in; True once the capture is complete."""
+    def process(self, block: Block) -> bool:
+        """Process a block; True once the capture is complete."""
         for window in self._rest_monitor.feed(block):
             self._state = "at rest" if window.at_rest else "moving"
         now = float(block.t[-1])
         self._start = float(block.t[0]) if self._start is None else self._start
-        self._shown.show(
-            f"{now - self._start:7.1f} s  {self._rate(now, len(block)):7.1f} Hz  {self._state:8}{self._losses}"
+        self._shown.update(
+            f"{now - self._start:7.1f} s  {self._rate(now, len(block)):7.1f} Hz  "
+            f"{self._state:8}{self._losses}"
         )
         return now - self._start >= self._seconds
 
@@ -310,7 +312,7 @@ class Meter:
         return str(self._source.losses)
 
     def _rate(self, now: float, samples: int) -> float:
-        """Return the rate since the end of the block that came `_RATE_WINDOW` ago, Hz."""
+        """Return the rate over the last `_RATE_WINDOW`, Hz."""
         self._recent.append((now, samples))
         while len(self._recent) > 2 and now - self._recent[1][0] >= _RATE_WINDOW:
             self._recent.popleft()
@@ -320,47 +322,47 @@ class Meter:
         )
 
 
-class Leader:
-    """Tells a person what the guide says, each thing once.
+class PoseDisplay:
+    """Prints the instructions and messages of the guide, each once.
 
     Parameters
     ----------
     guide : Guide
-        Follows the samples.
-    shown : Screen
-        Where to tell it.
+        The guide.
+    shown : StatusLine
+        The status line.
     """
 
-    def __init__(self, guide: Guide, shown: Screen) -> None:
+    def __init__(self, guide: Guide, shown: StatusLine) -> None:
         self._guide, self._shown = guide, shown
-        self._told = ""
-        self._tell()
+        self._printed = ""
+        self._print_instruction()
 
-    def see(self, block: Block) -> bool:
-        """Take a block in; True once all poses are done."""
-        for remark in self._guide.feed(block):
-            self._shown.say(f"  {remark}")
-        self._tell()
+    def process(self, block: Block) -> bool:
+        """Process a block; True once all poses are done."""
+        for message in self._guide.feed(block):
+            self._shown.message(f"  {message}")
+        self._print_instruction()
         guide = self._guide
         held = f", held for {guide.held:.1f} of {guide.needed:g} s" if guide.held else ""
-        self._shown.show(f"{guide.progress:4.0%}  {guide.up or '..'} up now{held}")
+        self._shown.update(f"{guide.progress:4.0%}  {guide.up or '..'} up now{held}")
         return guide.stage is Stage.DONE
 
-    def _tell(self) -> None:
-        if self._guide.instruction != self._told:
-            self._told = self._guide.instruction
-            self._shown.say(self._told)
+    def _print_instruction(self) -> None:
+        if self._guide.instruction != self._printed:
+            self._printed = self._guide.instruction
+            self._shown.message(self._printed)
 
 
 def check_target(out: Path | None, kind: str) -> Path:
-    """Make sure that a recording will find its place, before anybody walks for it.
+    """Validate the file of a recording before the capture starts.
 
     Parameters
     ----------
     out : Path or None
-        What was asked for.
+        File of the command line.
     kind : str
-        What the name begins with where none was asked for.
+        Start of the default name.
 
     Returns
     -------
@@ -384,7 +386,7 @@ def check_target(out: Path | None, kind: str) -> Path:
 
 
 def check_duration(seconds: float | None) -> float:
-    """Return how long to record, or raise ConfigError for a time that is none."""
+    """Return the duration of a capture, s, or raise ConfigError."""
     if seconds is None:
         return math.inf
     if not 0 < seconds < math.inf:
@@ -392,21 +394,21 @@ def check_duration(seconds: float | None) -> float:
     return seconds
 
 
-def _gather(source: Source, watch: Watch) -> tuple[Recorder, int]:
-    """Record until it is complete, Ctrl-C, or a failure after which there is something to keep."""
+def _record(source: Source, on_block: OnBlock) -> tuple[Recorder, int]:
+    """Record until completion, Ctrl-C, or a failure after enough samples to save."""
     recorder = Recorder(source.name)
     status = 0
     try:
         for block in stream(source):
             recorder.add(block)
-            if watch(block):
+            if on_block(block):
                 break
     except KeyboardInterrupt:
         pass
     except DataError as error:
-        if recorder.duration < _WORTH_KEEPING:
+        if recorder.duration < _MIN_DURATION:
             raise
-        complain(error)
+        print_error(error)
         status = _FAILED
     return recorder, status
 
@@ -419,7 +421,10 @@ def _save(recorder: Recorder, target: Path, source: Source) -> None:
 
 
 def _as_argument(target: Path, setup: Setup | None) -> str:
-    """Name a recording as the other commands take it; a table has no place for the full scales."""
+    """Return a recording as an argument of other commands.
+
+    A table does not hold the full scales.
+    """
     if setup is None or target.suffix.lower() != ".csv":
         return str(target)
     return f"{target} --accel-range {setup.accel_range_g} --gyro-range {setup.gyro_range_deg_s}"

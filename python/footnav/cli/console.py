@@ -1,4 +1,4 @@
-"""What the commands say: results on standard output, all else on standard error."""
+"""Output of the commands: results on standard output, messages on standard error."""
 
 import re
 import sys
@@ -20,45 +20,45 @@ TABLE_WIDTH = 120
 _OPTIONS = re.compile(
     r"(?<![.\w])(rate_hz|t_unit|accel_unit|gyro_unit|accel_range|gyro_range|(?:foot|format)(?==))\b"
 )
-"""Options as the messages of the library spell them."""
+"""Options as spelled in messages of the library."""
 
 
-def complain(error: object) -> None:
-    """Print an error in one line, with options as the command line spells them."""
+def print_error(error: object) -> None:
+    """Print an error in one line, with options in the spelling of the command line."""
     text = _OPTIONS.sub(
         lambda option: "--" + option[0].replace("_", "-"), " ".join(str(error).split())
     )
     print(f"footnav: {text}", file=sys.stderr)
 
 
-def caution(label: str, text: str) -> None:
-    """Print a warning about a file in one line; the text may name the file itself."""
+def print_warning(label: str, text: str) -> None:
+    """Print a warning about a file in one line; a repeated name of the file is removed."""
     print(f"{label}: warning: {text.removeprefix(label).lstrip(',: ')}", file=sys.stderr)
 
 
 def print_table(table: Table) -> None:
-    """Print a table, in colour where there is colour."""
+    """Print a table, in colour on a terminal."""
     Console(width=None if sys.stdout.isatty() else TABLE_WIDTH).print(table)
 
 
 def make_folder(path: Path) -> Path:
-    """Make sure that a folder exists, or raise FootnavError."""
+    """Create a folder if it does not exist, or raise FootnavError."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FootnavError(f"{path}: cannot be made a folder: {error.strerror or error}") from error
+        raise FootnavError(f"{path}: cannot be created: {error.strerror or error}") from error
     return path
 
 
 def each_file(files: Iterable[Path], work: Callable[[Path], None]) -> int:
-    """Work on every file, whatever happens to the others.
+    """Process every file; an error of one does not affect the others.
 
     Parameters
     ----------
     files : iterable of Path
         The files.
     work : callable
-        What to do with each of them.
+        Function of one file.
 
     Returns
     -------
@@ -70,24 +70,24 @@ def each_file(files: Iterable[Path], work: Callable[[Path], None]) -> int:
         try:
             work(path)
         except FootnavError as error:
-            complain(error)
+            print_error(error)
             status = 1
     return status
 
 
 @contextmanager
-def attending(label: str) -> Iterator[Callable[[float], None]]:
-    """Show how the work on a file goes on, and what the library warned of when it is over.
+def reporting(label: str) -> Iterator[Callable[[float], None]]:
+    """Show the progress of the work on a file, and the library's warnings at its end.
 
     Parameters
     ----------
     label : str
-        What to call the file.
+        Name of the file in messages.
 
     Yields
     ------
     callable
-        Takes the share of the work that is done, 0 to 1.
+        Takes the completed share of the work, 0 to 1.
     """
     with _collected_warnings() as texts:
         try:
@@ -95,12 +95,12 @@ def attending(label: str) -> Iterator[Callable[[float], None]]:
                 yield progress
         finally:
             for text in dict.fromkeys(texts):
-                caution(label, text)
+                print_warning(label, text)
 
 
 @contextmanager
 def _collected_warnings() -> Iterator[list[str]]:
-    """Collect the library's warnings; those of others go their way."""
+    """Collect the library's warnings; others are shown as usual."""
     texts: list[str] = []
     show = warnings.showwarning
 
@@ -130,7 +130,7 @@ def _progress_bar(label: str) -> Iterator[Callable[[float], None]]:
         *columns,
         console=Console(stderr=True),
         transient=True,
-        # Standard output may lead into a file while the bar is on the terminal.
+        # Standard output may be a file while the bar is on the terminal.
         redirect_stdout=False,
         redirect_stderr=False,
         disable=not sys.stderr.isatty(),

@@ -3,12 +3,12 @@
 import time
 from pathlib import Path
 
-from footnav.cli.console import attending, make_folder, print_table
-from footnav.cli.report import as_text, beside_truth
+from footnav.cli.console import make_folder, print_table, reporting
+from footnav.cli.report import as_text, comparison_table
 from footnav.config import Config
 from footnav.evaluation import evaluate
-from footnav.export.atomic import replacing
-from footnav.export.library import require
+from footnav.files import replacing
+from footnav.optional import require
 from footnav.plot import save_overview
 from footnav.simulation import Route, simulate
 from footnav.tracking import track
@@ -22,10 +22,10 @@ EASTWARDS_DEG = 90.0
 """Heading of the first side of the square."""
 
 ORIGIN = (45.0, 7.0, 0.0)
-"""Where the walk is put on the map: at the latitude and height whose gravity the default settings assume."""
+"""Georeference of the walk: the latitude and height of the default gravity."""
 
 
-def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
+def run_demo(*, out: Path = Path("demo"), seed: int = 1) -> int:
     """Simulate a walk with an MPU6050 on the shoe, track it, and compare the track with the truth.
 
     Parameters
@@ -33,7 +33,7 @@ def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
     out : Path
         Folder for the recording, the track, its picture and the table.
     seed : int
-        Another seed is another walk, with another sensor.
+        Seed of the walk and of the sensor.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
     config = config.replace(alignment=config.alignment.replace(heading_deg=EASTWARDS_DEG))
     recording, truth = simulate(Route.square(SIDE), "walk", "mpu6050", seed, rate_hz=RATE_HZ)
     title = f"A simulated walk around a square of {SIDE:g} m with an MPU6050"
-    with attending(recording.name) as progress:
+    with reporting(recording.name) as progress:
         started = time.perf_counter()
         trajectory = track(recording, config, progress=progress)
         rate = len(recording) / (time.perf_counter() - started)
@@ -54,7 +54,9 @@ def demonstrate(*, out: Path = Path("demo"), seed: int = 1) -> int:
         trajectory.save(out / "track.csv")
         trajectory.save(out / "track.geojson", origin=ORIGIN)
         save_overview(trajectory, out / "track.png", truth, title=title)
-    table = beside_truth(trajectory.summary(), truth.summary(), evaluate(trajectory, truth), rate)
+    table = comparison_table(
+        trajectory.summary(), truth.summary(), evaluate(trajectory, truth), rate
+    )
     with replacing(out / "table.txt") as file:
         file.write(as_text(table).encode())
     print(title)

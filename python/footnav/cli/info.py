@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from footnav.cli.console import attending, each_file
+from footnav.cli.console import each_file, reporting
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.diagnosis import diagnose
 
 
-def inform(files: list[Path], /, *, reading: Reading = AS_FOUND) -> int:
-    """Report the quality of recordings: each problem with its remedy.
+def examine_files(files: list[Path], /, *, reading: Reading = AS_FOUND) -> int:
+    """Print a data-quality report for each recording.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def inform(files: list[Path], /, *, reading: Reading = AS_FOUND) -> int:
 
 
 def _examine(path: Path, reading: Reading) -> None:
-    with attending(path.name):
+    with reporting(path.name):
         recordings = read_walks(path, reading).values()
     for recording in recordings:
         print(diagnose(recording), end="\n\n")

@@ -1,4 +1,4 @@
-"""A line on the terminal that changes as samples come in, and what is said above it."""
+"""A status line on the terminal, and messages above it."""
 
 import sys
 from collections.abc import Iterator
@@ -9,25 +9,25 @@ from rich.live import Live
 from rich.text import Text
 
 
-class Screen:
-    """Where a capture speaks to the person at it: standard error.
+class StatusLine:
+    """Terminal output of a capture, on standard error.
 
     Parameters
     ----------
     live : Live, optional
-        The line that changes; none where standard error is no terminal.
+        The status line; None where standard error is not a terminal.
     """
 
     def __init__(self, live: Live | None = None) -> None:
         self._live = live
 
-    def show(self, text: str) -> None:
-        """Change the line, on a terminal."""
+    def update(self, text: str) -> None:
+        """Update the status line, on a terminal."""
         if self._live is not None:
             self._live.update(Text(text, no_wrap=True, overflow="ellipsis"))
 
-    def say(self, text: str) -> None:
-        """Print a line that stays."""
+    def message(self, text: str) -> None:
+        """Print a message above the status line."""
         if self._live is None:
             print(text, file=sys.stderr)
         else:
@@ -35,19 +35,19 @@ class Screen:
 
 
 @contextmanager
-def screen() -> Iterator[Screen]:
-    """Open the screen of a capture.
+def status_line() -> Iterator[StatusLine]:
+    """Open the status line of a capture.
 
     Yields
     ------
-    Screen
+    StatusLine
         For the time of the capture.
     """
     if not sys.stderr.isatty():
-        yield Screen()
+        yield StatusLine()
         return
-    # Standard output may lead into a file while the line is on the terminal.
+    # Standard output may be a file while the line is on the terminal.
     with Live(
         console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
     ) as live:
-        yield Screen(live)
+        yield StatusLine(live)

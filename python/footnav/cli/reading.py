@@ -44,7 +44,7 @@ class Reading:
     Raises
     ------
     ConfigError
-        An option is unknown, out of range, or at odds with another one.
+        An option is unknown, out of range, or inconsistent with another one.
     """
 
     format: str | None = None
@@ -59,7 +59,7 @@ class Reading:
     gyro_range: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what no file could be read with, before any file is opened."""
+        """Validate the options before any file is opened."""
         Options(**self.options())
 
     def options(self) -> dict[str, Any]:
@@ -69,7 +69,7 @@ class Reading:
 
 
 AS_FOUND = Reading()
-"""What the file says itself."""
+"""No options: everything is found in the file."""
 
 
 def read_walks(path: Path, reading: Reading, name: str | None = None) -> dict[str, Recording]:
@@ -109,7 +109,7 @@ def _form(path: Path, reading: Reading) -> str | None:
     try:
         return mpu6050.sniff(text.parse(path.read_bytes(), path.name))
     except (OSError, FootnavError):
-        # Not a file of counts; what else it is, or what is wrong with it, is for `read` to say.
+        # Not a file of counts; `read` reports its errors.
         return None
 
 
@@ -118,13 +118,14 @@ def _read_foot(path: Path, options: dict[str, Any], foot: str) -> Recording:
 
 
 def _columns(given: str) -> dict[str, str | int]:
-    """Take "t=Time,ax=3" apart."""
+    """Parse "t=Time,ax=3"."""
     columns: dict[str, str | int] = {}
     for part in given.split(","):
         role, _, column = (word.strip() for word in part.partition("="))
         if not (role and column) or role in columns:
             raise ConfigError(
-                f"columns is {given!r}; expected each role once with its column, such as t=Time,ax=3"
+                f"columns is {given!r}; expected each role once with its column, such as "
+                "t=Time,ax=3"
             )
         columns[role] = int(column) if column.isdecimal() else column
     return columns

@@ -1,4 +1,4 @@
-"""Walks as text and tables."""
+"""Text and tables of tracks and noise."""
 
 import dataclasses
 import io
@@ -13,9 +13,8 @@ from rich.text import Text
 
 from footnav.evaluation import Evaluation
 from footnav.noise import AxisNoise, Figure, NoiseFigures
-from footnav.papers import Row
 from footnav.recording import STANDARD_GRAVITY
-from footnav.trajectory import Summary
+from footnav.summary import Summary
 
 _DEGREE = 180 / math.pi
 _HOUR = 3600.0
@@ -35,18 +34,18 @@ _NOISE_UNITS = {
         ("bias random walk", "m/s^2/sqrt(s)", ("mg/sqrt(h)", _MILLI_G * _HOUR**0.5)),
     ),
 }
-"""What each term of the noise is called, its SI unit, and that of data sheets with how many of them make one in SI."""
+"""Name of each noise term, its SI unit, and the unit of data sheets with its factor."""
 
 
 def describe(summary: Summary, written: Sequence[Path]) -> str:
-    """Sum one walk up.
+    """Summarize one walk.
 
     Parameters
     ----------
     summary : Summary
         Of the walk.
     written : sequence of Path
-        Files that hold it.
+        Files that were written.
 
     Returns
     -------
@@ -62,8 +61,8 @@ def describe(summary: Summary, written: Sequence[Path]) -> str:
     return "\n".join(lines)
 
 
-def side_by_side(summaries: Sequence[Summary]) -> Table:
-    """Put several walks side by side.
+def summary_table(summaries: Sequence[Summary]) -> Table:
+    """Tabulate several walks.
 
     Parameters
     ----------
@@ -77,21 +76,21 @@ def side_by_side(summaries: Sequence[Summary]) -> Table:
     """
     table = _table("walk", "distance", "strides", "start to end", "height", "one sigma", "health")
     for summary in summaries:
-        way, share = summary.closing, summary.closing_percent
+        closing, share = summary.closing, summary.closing_percent
         table.add_row(
             Text(summary.name),
             f"{summary.distance:.2f} m",
             f"{summary.strides}",
-            f"{way.horizontal:.2f} m ({share.horizontal:.1f} %)",
-            f"{way.vertical:+.2f} m",
+            f"{closing.horizontal:.2f} m ({share.horizontal:.1f} %)",
+            f"{closing.vertical:+.2f} m",
             f"{summary.horizontal_std:.2f} m",
             summary.health.status.value if summary.health else "",
         )
     return table
 
 
-def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
-    """Put a track beside the truth.
+def comparison_table(track: Summary, truth: Summary, evaluation: Evaluation, rate: float) -> Table:
+    """Tabulate a track and its errors against the truth.
 
     Parameters
     ----------
@@ -123,7 +122,7 @@ def beside_truth(track: Summary, truth: Summary, evaluation: Evaluation, rate: f
 
 
 def noise_table(figures: NoiseFigures) -> Table:
-    """Put the noise of the axes side by side, in the units of data sheets and in SI.
+    """Tabulate the noise of the axes, in the units of data sheets and in SI.
 
     Parameters
     ----------
@@ -133,8 +132,8 @@ def noise_table(figures: NoiseFigures) -> Table:
     Returns
     -------
     Table
-        A row for each term, with intervals of 95 %, or upper limits of what was not seen; and one
-        in SI if it was seen.
+        A row for each term, with intervals of 95 % or upper limits, and one in SI if it is
+        significant.
     """
     table = _table("", "unit", "x", "y", "z")
     for sensor, terms in _NOISE_UNITS.items():
@@ -176,39 +175,3 @@ def _table(first: str, *others: str) -> Table:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.1f} %"
-
-
-def beside_papers(rows: Sequence[Row]) -> Table:
-    """Put our figures beside those of the papers.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        One for each approach, those of an experiment one after the other.
-
-    Returns
-    -------
-    Table
-        A row for each of them.
-    """
-    table = _table("experiment", "approach", "paper", "median", "90 %", "", "met", "walks")
-    before = None
-    for row in rows:
-        title = f"{row.reference} {row.experiment}"
-        table.add_row(
-            Text("" if title == before else title),
-            Text(row.approach or row.note[: row.note.find(";")]),
-            *(_figure(figure) for figure in (row.paper, row.ours_median, row.ours_p90)),
-            row.unit,
-            {None: "", True: "yes", False: "no"}[row.met],
-            f"{row.seeds}",
-        )
-        before = title
-    return table
-
-
-def _figure(value: float | None) -> str:
-    """Write a figure to a hundredth, or to the unit where it is large."""
-    if value is None:
-        return ""
-    return f"{value:.2f}" if value < 100 else f"{value:,.0f}"

@@ -21,7 +21,7 @@ _ROUTES: dict[Shape, tuple[Callable[..., Route], tuple[float, ...]]] = {
     "out-and-back": (Route.out_and_back, (20.0,)),
     "stairs": (Route.stairs, (2,)),
 }
-"""How each shape is made, and the sizes that it has unless they are given."""
+"""Constructor and default sizes of each shape."""
 
 
 def simulate_walk(
@@ -36,12 +36,12 @@ def simulate_walk(
     out: Path | None = None,
     truth: Path | None = None,
 ) -> int:
-    """Simulate a walk, and write what the sensor on the shoe records.
+    """Simulate a walk and write the samples of the sensor on the shoe.
 
     Parameters
     ----------
     route : str
-        Where to go.
+        The route.
     sizes : tuple of float
         Sizes of the route in m; of stairs the number of floors.  Default: square 10, straight 20,
         rectangle 20 10, figure-of-eight 40, out-and-back 20, stairs 2.
@@ -73,7 +73,8 @@ def simulate_walk(
         print(f"{truth}: the truth, {true_track.distance:.2f} m")
     recording.save(out)
     print(
-        f"{out}: {len(recording):,} samples, {recording.duration:.2f} s at {recording.rate_hz:.5g} Hz"
+        f"{out}: {len(recording):,} samples, {recording.duration:.2f} s at "
+        f"{recording.rate_hz:.5g} Hz"
     )
     return 0
 
@@ -96,7 +97,7 @@ def make_route(shape: Shape, sizes: tuple[float, ...] = ()) -> Route:
     Raises
     ------
     ConfigError
-        For too few or too many sizes, or one that makes no sense.
+        For too few or too many sizes, or an impossible one.
     """
     make, usual = _ROUTES[shape]
     for size in sizes:

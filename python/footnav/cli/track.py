@@ -9,22 +9,23 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from footnav.calibration import SensorCalibration, read_calibration
-from footnav.cli.console import attending, caution, each_file, make_folder, print_table
+from footnav.cli.console import each_file, make_folder, print_table, print_warning, reporting
 from footnav.cli.reading import AS_FOUND, Reading, read_walks
-from footnav.cli.report import describe, side_by_side
+from footnav.cli.report import describe, summary_table
 from footnav.config import Calibration, Config, load_config
 from footnav.errors import ConfigError, nearest
 from footnav.plot import PICTURES, save_overview
 from footnav.recording import Recording
+from footnav.summary import Summary
 from footnav.tracking import track
-from footnav.trajectory import Summary, Trajectory
+from footnav.trajectory import Trajectory
 
 FORMATS = ("csv", "npz", "tum", "geojson", "gpx", "kml", "parquet", "png", "svg", "pdf")
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What to do with every walk.
+    """Settings for every walk.
 
     Attributes
     ----------
@@ -33,9 +34,9 @@ class Task:
     magnetic : bool
         Whether the heading comes from the magnetometer.
     formats : tuple of str
-        Formats to write.
+        Formats of the tracks.
     out : Path
-        Folder to write them to.
+        Folder of the tracks.
     """
 
     config: Config
@@ -61,7 +62,7 @@ def track_files(
     heading_from_magnetometer: Annotated[bool, Parameter(show_default=False)] = False,
     reading: Reading = AS_FOUND,
 ) -> int:
-    """Track recordings, and sum each walk up.
+    """Track recordings and print a summary of each.
 
     Parameters
     ----------
@@ -70,7 +71,7 @@ def track_files(
     out : Path
         Folder for the tracks.
     formats : str, optional
-        What to write for each walk, of csv, npz, tum, geojson, gpx, kml, parquet, png, svg and pdf,
+        Formats of the output, of csv, npz, tum, geojson, gpx, kml, parquet, png, svg and pdf,
         separated by commas; csv,png unless given.
     name : str, optional
         Name of the track, for a single file; that of the file unless given.
@@ -81,11 +82,11 @@ def track_files(
     calibration : Path, optional
         Calibration of the sensor, as `footnav calibrate` writes it.
     device : str, optional
-        What the device is called; a calibration of another one is refused.
+        Name of the device; a calibration of another device is refused.
     temperature_degc : float, optional
-        Temperature of the sensor, for a calibration that follows it and a recording without.
+        Temperature of the sensor, for a calibration over temperature and a recording without.
     origin : tuple of float, optional
-        Where the walk starts: latitude, longitude and height, in degrees and m (WGS-84).
+        Start of the walk: latitude, longitude and height, in degrees and m (WGS-84).
     heading_deg : float, optional
         Heading of the sensor's x axis at the start, degrees clockwise from north.
     heading_from_magnetometer : bool
@@ -105,7 +106,7 @@ def track_files(
     summaries: list[Summary] = []
 
     def work(path: Path) -> None:
-        with attending(path.name):
+        with reporting(path.name):
             walks = read_walks(path, reading, name)
         for walk, recording in walks.items():
             if known is not None:
@@ -114,13 +115,13 @@ def track_files(
 
     status = each_file(files, work)
     if len(summaries) > 1:
-        print_table(side_by_side(summaries))
+        print_table(summary_table(summaries))
     return status
 
 
 def _track(name: str, recording: Recording, task: Task) -> Summary:
-    """Track one walk, write it, and print what became of it."""
-    with attending(recording.name) as progress:
+    """Track one walk, write it and print its summary."""
+    with reporting(recording.name) as progress:
         config = task.config.with_heading_from(recording) if task.magnetic else task.config
         trajectory = dataclasses.replace(track(recording, config, progress=progress), name=name)
         written = [_write(trajectory, task.out / f"{name}.track.{form}") for form in task.formats]
@@ -142,7 +143,7 @@ def _settings(
     heading_deg: float | None,
     magnetic: bool,
 ) -> Config:
-    """Join the settings of a file or a preset with those of the command line."""
+    """Combine the settings of a file or a preset with those of the command line."""
     if config is not None and preset is not None:
         raise ConfigError("--config and --preset both give all settings; leave one out")
     if magnetic and heading_deg is not None:
@@ -168,7 +169,8 @@ def _calibration(path: Path | None, settings: Config) -> SensorCalibration | Non
         return None
     if settings.calibration != Calibration():
         raise ConfigError(
-            "--calibration and the [calibration] of --config both correct the readings; leave one out"
+            "--calibration and the [calibration] of --config both correct the readings; leave one "
+            "out"
         )
     return read_calibration(path)
 
@@ -180,7 +182,8 @@ def _formats(given: str | None) -> tuple[str, ...]:
     for form in formats:
         if form not in FORMATS:
             raise ConfigError(
-                f"format {form!r} is unknown: expected some of {', '.join(FORMATS)}{nearest(form, FORMATS)}"
+                f"format {form!r} is unknown: expected some of "
+                f"{', '.join(FORMATS)}{nearest(form, FORMATS)}"
             )
     return formats
 
@@ -188,12 +191,12 @@ def _formats(given: str | None) -> tuple[str, ...]:
 def _usual_formats() -> tuple[str, ...]:
     if find_spec("matplotlib"):
         return "csv", "png"
-    caution("footnav", "no pictures, since matplotlib is missing: pip install footnav[plot]")
+    print_warning("footnav", "no pictures, since matplotlib is missing: pip install footnav[plot]")
     return ("csv",)
 
 
 def _check_names(files: list[Path], name: str | None) -> None:
-    """Refuse what would write one track over another."""
+    """Reject names by which one track would overwrite another."""
     if name is not None and len(files) > 1:
         raise ConfigError(f"--name names one track, but there are {len(files)} files")
     first: dict[str, Path] = {}
@@ -201,5 +204,6 @@ def _check_names(files: list[Path], name: str | None) -> None:
         other = first.setdefault(path.stem, path)
         if other is not path:
             raise ConfigError(
-                f"the tracks of {other} and {path} would have one name; track them one by one, with --name"
+                f"the tracks of {other} and {path} would have one name; track them one by one, "
+                "with --name"
             )

@@ -1,30 +1,32 @@
-"""NumPy archive of everything that a track holds."""
+"""NumPy archive of all fields of a track."""
 
 import dataclasses
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 
+from footnav.columns import COLUMNS
 from footnav.errors import DataError
+from footnav.export.track import Track
 from footnav.health import Counters, Flag, Health, Status
-from footnav.steps import Steps
-from footnav.trajectory import Trajectory
+from footnav.strides import Strides
 
-_NOT_ARRAYS = ("health", "name", "origin", "frame", "filter_steps")
-_ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in _NOT_ARRAYS)
-_STEPS = {f.name: f"step_{f.name}" for f in dataclasses.fields(Steps)}
+Built = TypeVar("Built")
+
+_ARRAYS = (*COLUMNS, "heading_known")
+_STRIDES = {f.name: f"stride_{f.name}" for f in dataclasses.fields(Strides)}
 
 
-def write_npz(traj: Trajectory, file: BinaryIO) -> None:
-    """Write all arrays, in the frame with z up, the filter's strides, and the rest as JSON text under ``about``."""
+def write_npz(traj: Track, file: BinaryIO) -> None:
+    """Write arrays (z up) and strides of the filter, and the rest as JSON under ``about``."""
     arrays: dict[str, Any] = {name: getattr(traj, name) for name in _ARRAYS}
-    if traj.filter_steps is not None:
-        arrays |= {key: getattr(traj.filter_steps, name) for name, key in _STEPS.items()}
+    if traj.filter_strides is not None:
+        arrays |= {key: getattr(traj.filter_strides, name) for name, key in _STRIDES.items()}
     about = {
         "name": traj.name,
         "origin": traj.origin,
@@ -34,18 +36,20 @@ def write_npz(traj: Trajectory, file: BinaryIO) -> None:
     np.savez(file, about=np.array(json.dumps(about)), **arrays)
 
 
-def load_trajectory(path: str | PathLike[str]) -> Trajectory:
-    """Read a track that was saved as ``.npz``.
+def read_npz(path: str | PathLike[str], build: Callable[..., Built]) -> Built:
+    """Read an archive and build a track of it.
 
     Parameters
     ----------
     path : path
         The file.
+    build : callable
+        Takes the attributes of the track by name, such as `footnav.Trajectory`.
 
     Returns
     -------
-    Trajectory
-        Equal to the one that was saved, to the bit.
+    object
+        Result of `build`.
 
     Raises
     ------
@@ -55,13 +59,7 @@ def load_trajectory(path: str | PathLike[str]) -> Trajectory:
     path = Path(path)
     try:
         with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in _ARRAYS}
-            steps = _steps(archive)
-            about = json.loads(str(archive["about"]))
-        origin = about["origin"] and tuple(about["origin"])
-        health = about["health"] and _health(about["health"])
-        one = {"name": about["name"], "origin": origin, "frame": about["frame"]}
-        return Trajectory(**arrays, **one, health=health, filter_steps=steps)
+            return build(**_fields(archive))
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
@@ -70,11 +68,25 @@ def load_trajectory(path: str | PathLike[str]) -> Trajectory:
         ) from error
 
 
-def _steps(archive: Mapping[str, Any]) -> Steps | None:
+def _fields(archive: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes of the track by name."""
+    about = json.loads(str(archive["about"]))
+    return {
+        **{name: archive[name] for name in COLUMNS},
+        "heading_known": bool(archive["heading_known"]),
+        "name": about["name"],
+        "origin": about["origin"] and tuple(about["origin"]),
+        "frame": about["frame"],
+        "health": about["health"] and _health(about["health"]),
+        "filter_strides": _strides(archive),
+    }
+
+
+def _strides(archive: Mapping[str, Any]) -> Strides | None:
     """Strides of the filter, if they were stored."""
-    if _STEPS["covariance"] not in archive:
+    if _STRIDES["covariance"] not in archive:
         return None
-    return Steps(**{name: archive[key] for name, key in _STEPS.items()})
+    return Strides(**{name: archive[key] for name, key in _STRIDES.items()})
 
 
 def _health(stored: dict[str, Any]) -> Health:

@@ -1,11 +1,12 @@
-"""States as the outside world wants them: z up, or z down."""
+"""States of a track in the frame of a file."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from footnav.trajectory import Trajectory, check_frame
+from footnav.export.track import Track
+from footnav.frames import attitude_to_ned, check_frame, enu_to_ned
 
 Floats = NDArray[np.float64]
 
@@ -19,15 +20,15 @@ class States(NamedTuple):
     position_std: Floats
 
 
-def states_in(traj: Trajectory, frame: str | None) -> States:
+def states_in(traj: Track, frame: str | None) -> States:
     """Express the states of a track in a frame.
 
     Parameters
     ----------
-    traj : Trajectory
+    traj : Track
         The track.
     frame : {"enu", "ned"} or None
-        None stands for `traj.frame`.
+        None for `traj.frame`.
 
     Returns
     -------
@@ -45,15 +46,6 @@ def states_in(traj: Trajectory, frame: str | None) -> States:
     if frame == "enu":
         return States(traj.position, traj.velocity, traj.quaternion, traj.position_std)
     std = traj.position_std[:, [1, 0, 2]]
-    return States(_ned(traj.position), _ned(traj.velocity), _ned_attitude(traj.quaternion), std)
-
-
-def _ned(vectors: Floats) -> Floats:
-    return vectors[:, [1, 0, 2]] * [1, 1, -1]
-
-
-def _ned_attitude(quaternion: Floats) -> Floats:
-    """Multiply by (1, 1, 0, 0) / sqrt(2) from the left: half a turn about the axis between east and north."""
-    x, y, z, w = quaternion.T
-    rotated: Floats = np.column_stack([w + z, w - z, y - x, -x - y]) / np.sqrt(2)
-    return rotated
+    return States(
+        enu_to_ned(traj.position), enu_to_ned(traj.velocity), attitude_to_ned(traj.quaternion), std
+    )

@@ -1,4 +1,4 @@
-"""Latitude, longitude and height of a track."""
+"""The line of a track on a map."""
 
 import warnings
 from collections.abc import Sequence
@@ -7,40 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footnav.errors import DataError, FootnavWarning
-from footnav.export.library import require
-from footnav.trajectory import Origin, Trajectory, check_origin
+from footnav.export.track import Track
+from footnav.geodesy import Origin, check_origin, enu_to_geodetic, warn_of_heading
 
 Floats = NDArray[np.float64]
 
 
-def place(position: Floats, origin: Origin) -> Floats:
-    """Place positions on Earth.
+def geodetic(traj: Track, origin: Sequence[float] | None) -> Floats:
+    """Return the line of a track on a map.
 
     Parameters
     ----------
-    position : (n, 3) ndarray
-        East, north and up of the origin, m.
-    origin : (latitude, longitude, height)
-        Degrees and m (WGS-84).
-
-    Returns
-    -------
-    (n, 3) ndarray
-        Latitude and longitude in degrees and ellipsoidal height in m.
-    """
-    pymap3d = require("pymap3d", "pymap3d")
-    return np.column_stack(pymap3d.enu2geodetic(*position.T, *origin))
-
-
-def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
-    """Place the line of a track on a map.
-
-    Parameters
-    ----------
-    traj : Trajectory
+    traj : Track
         The track, with x to the east and y to the north.
     origin : (latitude, longitude, height) or None
-        Degrees and m (WGS-84); None stands for `traj.origin`.
+        Degrees and m (WGS-84); None for `traj.origin`.
 
     Returns
     -------
@@ -57,39 +38,29 @@ def geodetic(traj: Trajectory, origin: Sequence[float] | None) -> Floats:
     Warns
     -----
     FootnavWarning
-        When there is no origin, and the track is put at latitude 0, longitude 0; when there is one,
-        but x may not be east.
+        When there is no origin, and latitude 0, longitude 0 is assumed; when there is one, but x
+        may not be east.
     """
     _check_positions(traj)
-    return place(traj.position, _origin(traj, origin))[:, [1, 0, 2]]
+    return enu_to_geodetic(traj.position, _origin(traj, origin))[:, [1, 0, 2]]
 
 
-def _origin(traj: Trajectory, origin: Sequence[float] | None) -> Origin:
+def _origin(traj: Track, origin: Sequence[float] | None) -> Origin:
     given = check_origin(origin) if origin is not None else traj.origin
     if given is not None:
-        warn_of_heading(traj, stacklevel=3)
+        warn_of_heading(traj.heading_known, stacklevel=3)
         return given
     warnings.warn(
         "the track has no origin and is put at latitude 0, longitude 0: "
-        "set output.origin in the configuration, or save(..., origin=(latitude, longitude, height))",
+        "set output.origin in the configuration, or save(..., origin=(latitude, longitude, "
+        "height))",
         FootnavWarning,
         stacklevel=2,
     )
     return 0.0, 0.0, 0.0
 
 
-def warn_of_heading(traj: Trajectory, stacklevel: int) -> None:
-    """Warn of a track whose x axis may not be east; `stacklevel` as for `warnings.warn`."""
-    if not traj.heading_known:
-        warnings.warn(
-            "the heading at the start is not known, so the map shows the track turned about its origin: "
-            "set alignment.heading_deg in the configuration, or take it from the magnetometer",
-            FootnavWarning,
-            stacklevel=stacklevel + 1,
-        )
-
-
-def _check_positions(traj: Trajectory) -> None:
+def _check_positions(traj: Track) -> None:
     label = f"{traj.name}: " if traj.name else ""
     if len(traj) < 2:
         raise DataError(
@@ -98,5 +69,6 @@ def _check_positions(traj: Trajectory) -> None:
     bad = np.flatnonzero(~np.isfinite(traj.position).all(axis=1))
     if bad.size:
         raise DataError(
-            f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers for a map"
+            f"{label}row {bad[0]}: position is {traj.position[bad[0]]}, expected finite numbers "
+            "for a map"
         )

@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946): the track as a line, with points where it starts, ends and stands."""
+"""GeoJSON (RFC 7946): the track as a line, with points for start, end and stances."""
 
 import json
 from collections.abc import Sequence
@@ -7,18 +7,19 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from footnav.export.geographic import geodetic
-from footnav.steps import find_stances
-from footnav.trajectory import Summary, Trajectory
+from footnav.export.track import Track
+from footnav.strides import find_stances
+from footnav.summary import Summary
 
 
 def write_geojson(
-    traj: Trajectory,
+    traj: Track,
     file: BinaryIO,
     *,
     origin: Sequence[float] | None = None,
     stances: bool = False,
 ) -> None:
-    """Write a FeatureCollection; the line carries the summary in SI units, each point its stamp."""
+    """Write a FeatureCollection; the line has the summary in SI units, each point its stamp."""
     places = geodetic(traj, origin).tolist()
     features = [
         _feature("LineString", places, _properties(traj.summary())),

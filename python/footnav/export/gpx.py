@@ -6,18 +6,21 @@ from typing import Any, BinaryIO
 
 from footnav.errors import ConfigError
 from footnav.export.geographic import geodetic
-from footnav.export.library import require
-from footnav.trajectory import Trajectory
+from footnav.export.track import Track
+from footnav.optional import require
 
 
 def write_gpx(
-    traj: Trajectory,
+    traj: Track,
     file: BinaryIO,
     *,
     origin: Sequence[float] | None = None,
     start_time: datetime | None = None,
 ) -> None:
-    """Write one track of one segment, a point a sample; `start_time` is that of the first sample."""
+    """Write one track of one segment, a point for each sample.
+
+    `start_time` is that of the first sample.
+    """
     gpx = require("gpxpy.gpx", "gpxpy")
     times = _times(traj, start_time)
     document = gpx.GPX()
@@ -33,12 +36,13 @@ def write_gpx(
     file.write(document.to_xml().encode())
 
 
-def _times(traj: Trajectory, start_time: Any) -> Sequence[datetime | None]:
+def _times(traj: Track, start_time: Any) -> Sequence[datetime | None]:
     if start_time is None:
         return [None] * len(traj)
     if not isinstance(start_time, datetime) or start_time.utcoffset() is None:
         raise ConfigError(
-            f"start_time is {start_time!r}: expected a datetime with a time zone, such as timezone.utc"
+            f"start_time is {start_time!r}: expected a datetime with a time zone, such as "
+            "timezone.utc"
         )
     start = start_time.astimezone(timezone.utc)
     return [start + timedelta(seconds=seconds) for seconds in (traj.t - traj.t[0]).tolist()]

@@ -5,16 +5,16 @@ from collections.abc import Sequence
 from typing import BinaryIO
 
 from footnav.export.geographic import geodetic
-from footnav.trajectory import Trajectory
+from footnav.export.track import Track
 
 _NAMESPACE = "http://www.opengis.net/kml/2.2"
 
 
-def write_kml(traj: Trajectory, file: BinaryIO, *, origin: Sequence[float] | None = None) -> None:
+def write_kml(traj: Track, file: BinaryIO, *, origin: Sequence[float] | None = None) -> None:
     """Write the line and its two ends.
 
-    The coordinates carry the heights, but are drawn on the ground: globe viewers hide what lies
-    below their terrain.
+    The coordinates have heights but are drawn on the ground: globe viewers hide points below their
+    terrain.
     """
     places = geodetic(traj, origin).tolist()
     root = ET.Element("kml", xmlns=_NAMESPACE)

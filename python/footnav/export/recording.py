@@ -1,28 +1,51 @@
-"""Files of a recording, which `footnav.read` gives back to the bit."""
+"""Files of a recording, which `footnav.read` restores to the bit."""
 
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footnav.errors import ConfigError
-from footnav.export.atomic import replacing
-from footnav.recording import Floats, Recording
+from footnav.files import replacing
+
+Floats = NDArray[np.float64]
 
 
-def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
+class Samples(Protocol):
+    """The members of `footnav.Recording` that its files hold; see there for shapes and units."""
+
+    @property
+    def t(self) -> Floats: ...  # noqa: D102
+    @property
+    def accel(self) -> Floats: ...  # noqa: D102
+    @property
+    def gyro(self) -> Floats: ...  # noqa: D102
+    @property
+    def mag(self) -> Floats | None: ...  # noqa: D102
+    @property
+    def pressure(self) -> Floats | None: ...  # noqa: D102
+    @property
+    def temperature(self) -> Floats | None: ...  # noqa: D102
+    @property
+    def accel_range(self) -> float | None: ...  # noqa: D102
+    @property
+    def gyro_range(self) -> float | None: ...  # noqa: D102
+
+
+def save_recording(recording: Samples, path: str | PathLike[str]) -> None:
     """Write a recording to a file whose suffix names the format.
 
     Parameters
     ----------
-    recording : Recording
+    recording : Samples
         The samples.
     path : path
         ``.csv``: a header ``t (s),ax (m/s^2),...,gz (rad/s)`` and, where present, magnetometer,
-        pressure and temperature, with their units.  A table has no place for the full scales: give
-        them to `footnav.read` again. ``.npz``: arrays named as the attributes of the recording,
+        pressure and temperature, with their units.  A table does not hold the full scales: pass
+        them to `footnav.read` again.  ``.npz``: arrays named as the attributes of the recording,
         with the full scales.
 
     Raises
@@ -30,7 +53,7 @@ def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
     ConfigError
         For another suffix.
     FootnavError
-        For a file that cannot be written, which stays as it was.
+        For a file that cannot be written; an existing one is unchanged.
     """
     path = Path(path)
     check_suffix(path)
@@ -39,27 +62,27 @@ def save_recording(recording: Recording, path: str | PathLike[str]) -> None:
 
 
 def check_suffix(path: Path) -> None:
-    """Raise ConfigError for a path whose suffix is none that a recording can be written to."""
+    """Raise ConfigError for a path whose suffix is not a format of a recording."""
     if path.suffix.lower() not in _WRITERS:
         raise ConfigError(
             f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}"
         )
 
 
-def _write_csv(recording: Recording, file: BinaryIO) -> None:
+def _write_csv(recording: Samples, file: BinaryIO) -> None:
     columns = _columns(recording)
     rows = np.column_stack(list(columns.values())).tolist()
     lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows), ""]
     file.write("\n".join(lines).encode())
 
 
-def _write_npz(recording: Recording, file: BinaryIO) -> None:
+def _write_npz(recording: Samples, file: BinaryIO) -> None:
     labels = ("t", "accel", "gyro", "mag", "pressure", "temperature", "accel_range", "gyro_range")
     values: dict[str, Any] = {label: getattr(recording, label) for label in labels}
     np.savez(file, **{label: value for label, value in values.items() if value is not None})
 
 
-def _columns(recording: Recording) -> dict[str, Floats]:
+def _columns(recording: Samples) -> dict[str, Floats]:
     """Columns of the table by title."""
     columns = {"t (s)": recording.t}
     columns |= dict(zip(("ax (m/s^2)", "ay (m/s^2)", "az (m/s^2)"), recording.accel.T, strict=True))
@@ -73,7 +96,7 @@ def _columns(recording: Recording) -> dict[str, Floats]:
     return columns
 
 
-_WRITERS: dict[str, Callable[[Recording, BinaryIO], None]] = {
+_WRITERS: dict[str, Callable[[Samples, BinaryIO], None]] = {
     ".csv": _write_csv,
     ".npz": _write_npz,
 }

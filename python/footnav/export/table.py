@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footnav.export.frames import states_in
-from footnav.export.geographic import place
-from footnav.export.library import require
-from footnav.trajectory import Trajectory
+from footnav.export.track import Track
+from footnav.geodesy import enu_to_geodetic
+from footnav.optional import require
 
 _AXES = {"enu": "xyz", "ned": "ned"}
 
 
-def write_csv(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> None:
-    """Write a header and one line a sample, each number with all the digits that it takes to read it back unchanged."""
+def write_csv(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
+    """Write a header and one line for each sample, with the digits of an exact round trip."""
     columns = _columns(traj, frame)
     columns["zero_velocity"] = columns["zero_velocity"].astype(np.uint8)
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
@@ -25,21 +25,21 @@ def write_csv(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> 
     _write_rows(file, rows, ",")
 
 
-def write_tum(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> None:
-    """Write lines of ``t x y z qx qy qz qw``, as the tools for the TUM benchmark read them."""
+def write_tum(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
+    """Write lines of ``t x y z qx qy qz qw``, the format of the TUM benchmark."""
     states = states_in(traj, frame)
     rows = np.column_stack([traj.t, states.position, states.quaternion])
     _write_rows(file, rows.tolist(), " ")
 
 
-def write_parquet(traj: Trajectory, file: BinaryIO, *, frame: str | None = None) -> None:
+def write_parquet(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
     """Write the columns of the CSV to an Apache Parquet file."""
     pyarrow = require("pyarrow", "footnav[parquet]")
     parquet = require("pyarrow.parquet", "footnav[parquet]")
     parquet.write_table(pyarrow.table(_columns(traj, frame)), file)
 
 
-def _columns(traj: Trajectory, frame: str | None) -> dict[str, NDArray[Any]]:
+def _columns(traj: Track, frame: str | None) -> dict[str, NDArray[Any]]:
     """Columns of the table by name."""
     states = states_in(traj, frame)
     axes = _AXES[frame or traj.frame]
@@ -51,7 +51,7 @@ def _columns(traj: Trajectory, frame: str | None) -> dict[str, NDArray[Any]]:
     columns |= _named([f"std_{axis}" for axis in axes], states.position_std)
     if traj.origin is not None and traj.heading_known:
         columns |= _named(
-            ["latitude_deg", "longitude_deg", "height"], place(traj.position, traj.origin)
+            ["latitude_deg", "longitude_deg", "height"], enu_to_geodetic(traj.position, traj.origin)
         )
     return columns
 

@@ -1,4 +1,4 @@
-"""Readers of recordings: any file of samples in, one checked recording in SI units out."""
+"""Readers of recordings: files of samples to validated recordings in SI units."""
 
 import dataclasses
 import math
@@ -32,8 +32,8 @@ def read(
 ) -> Recording:
     """Read a recording from a file.
 
-    The format, the delimiter, the columns and the units are found in the file where it leaves no
-    doubt.  Where it does, the error names the option that settles it.
+    The format, the delimiter, the columns and the units are found in the file where they are
+    unambiguous.  Otherwise the error names the option that is needed.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ def read(
         The file.
     format : {"npz", "xio", "mpu6050", "mpu6050-pair", "csv"}, optional
         "npz": arrays t, accel, gyro and optionally mag, pressure, temperature, in SI units (mag
-        also in uT). "xio": the CSV files of x-io Technologies. "mpu6050": raw counts without a
-        header, ms, ax, ay, az, gx, gy, gz; needs both ranges. "mpu6050-pair": the same with the
-        counts of the left foot, then of the right one; needs `foot` too. "csv": a header such as
+        also in uT).  "xio": the CSV files of x-io Technologies.  "mpu6050": raw counts without a
+        header, ms, ax, ay, az, gx, gy, gz; needs both ranges.  "mpu6050-pair": the same with the
+        counts of the left foot, then of the right one; needs `foot` too.  "csv": a header such as
         footnav's own "t,ax,ay,az,gx,gy,gz", or one of many other spellings, with units such as
         "(deg/s)" or "[g]".
     rate_hz : float, optional
@@ -83,7 +83,7 @@ def read(
     Warns
     -----
     FootnavWarning
-        The last line was cut off, or an optional sensor could not be understood, and is left out.
+        The last line is truncated, or an optional sensor has unusable values, and is left out.
     """
     options = Options(
         format=format,
@@ -127,7 +127,7 @@ def _samples(data: bytes, name: str, options: Options) -> Samples:
 
 
 def _recording(samples: Samples, name: str, options: Options) -> Recording:
-    """Make the recording along the axes of the file, which checks it, and turn it to those of the sensor."""
+    """Validate the recording along the axes of the file, and rotate it to those of the sensor."""
     ranges = {
         "accel_range": _accel_range(samples, options),
         "gyro_range": _gyro_range(samples, options),

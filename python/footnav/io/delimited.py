@@ -1,4 +1,4 @@
-"""Text with a header: the columns are found by their titles, the units in the titles or from the values."""
+"""Text with a header: columns by title, units from the titles or the values."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from footnav.errors import ConfigError, DataError, FootnavWarning, nearest
-from footnav.io import judge
+from footnav.io import infer_units
 from footnav.io.header import ACCEL_ROLES, GYRO_ROLES, MAG_ROLES, REQUIRED, Title, is_canonical
 from footnav.io.options import Options
 from footnav.io.samples import Samples, convert, stamps
@@ -26,7 +26,7 @@ def read(table: Table, options: Options) -> Samples:
     table : Table
         The file.
     options : Options
-        What the user stated.
+        The options of the caller.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def read(table: Table, options: Options) -> Samples:
     Warns
     -----
     FootnavWarning
-        Magnetometer, pressure or temperature cannot be understood and is left out.
+        Magnetometer, pressure or temperature has unusable values and is left out.
     """
     options.refuse("csv", "foot")
     columns = locate(table, options.columns or {})
@@ -56,10 +56,10 @@ def read(table: Table, options: Options) -> Samples:
         ),
         accel=accel,
         gyro=_gyro(table, columns, values[:, 3:], accel, options.gyro_unit),
-        mag=_extra(table, columns, MAG_ROLES, MAG, judge.mag_unit),
-        pressure=_flat(_extra(table, columns, ("pressure",), PRESSURE, judge.pressure_unit)),
+        mag=_extra(table, columns, MAG_ROLES, MAG, infer_units.mag_unit),
+        pressure=_flat(_extra(table, columns, ("pressure",), PRESSURE, infer_units.pressure_unit)),
         temperature=_flat(
-            _extra(table, columns, ("temperature",), TEMPERATURE, judge.temperature_unit)
+            _extra(table, columns, ("temperature",), TEMPERATURE, infer_units.temperature_unit)
         ),
     )
 
@@ -72,7 +72,7 @@ def locate(table: Table, named: Mapping[str, str | int]) -> Columns:
     table : Table
         The file.
     named : mapping
-        Titles or numbers of the columns that the user named; the others are found by their titles.
+        Titles or numbers of columns in the options; the others are found by their titles.
 
     Returns
     -------
@@ -116,9 +116,9 @@ def read_time(
     columns : mapping
         Column of each role.
     t_unit : str or None
-        The unit that the user stated.
+        The unit in the options.
     default : str or None
-        The unit of the format, for titles that state none.
+        Default unit of the format, for titles without one.
 
     Returns
     -------
@@ -137,11 +137,14 @@ def read_time(
     if back.size:
         before, after = t[back[0]], t[back[0] + 1]
         raise DataError(
-            f"{table.name}, line {table.numbers[back[0] + 1]}: time goes back from {before!s} to {after!s}, "
+            f"{table.name}, line {table.numbers[back[0] + 1]}: time goes back from {before!s} to "
+            f"{after!s}, "
             f"{back.size} time(s) in all; sort the rows, or unwrap a counter that overflowed"
         )
     unit = t_unit or _stated(table, [columns["t"]], TIME) or default
-    return convert(table.name, t, TIME, unit, lambda: judge.time_unit(t) or _canonical(table, "s"))
+    return convert(
+        table.name, t, TIME, unit, lambda: infer_units.time_unit(t) or _canonical(table, "s")
+    )
 
 
 def _named_column(table: Table, role: str, column: str | int) -> int:
@@ -156,7 +159,8 @@ def _named_column(table: Table, role: str, column: str | int) -> int:
         return found[0]
     if found:
         raise DataError(
-            f"{table.name} has {len(found)} columns titled {column!r}; give the number of that for {role}"
+            f"{table.name} has {len(found)} columns titled {column!r}; give the number of that "
+            f"for {role}"
         )
     cure = nearest(column, [title.text for title in table.titles])
     raise DataError(
@@ -181,7 +185,7 @@ def _found(table: Table) -> str:
 
 def _accel(table: Table, columns: Columns, accel: Floats, option: str | None) -> Floats:
     unit = option or _stated(table, [columns[role] for role in ACCEL_ROLES], ACCEL)
-    return convert(table.name, accel, ACCEL, unit, lambda: judge.accel_unit(accel))
+    return convert(table.name, accel, ACCEL, unit, lambda: infer_units.accel_unit(accel))
 
 
 def _gyro(
@@ -193,7 +197,7 @@ def _gyro(
         gyro,
         GYRO,
         unit,
-        lambda: judge.gyro_unit(gyro, accel) or _canonical(table, "rad/s"),
+        lambda: infer_units.gyro_unit(gyro, accel) or _canonical(table, "rad/s"),
     )
 
 
@@ -203,12 +207,13 @@ def _canonical(table: Table, unit: str) -> str | None:
 
 
 def _stated(table: Table, indices: Sequence[int], quantity: Quantity) -> str | None:
-    """Return the unit that the titles of some columns state, None if they state none."""
+    """Return the unit in the titles of some columns, or None."""
     titles = [table.titles[index] for index in indices] if table.titles else []
     units = {_unit_of(table, title, quantity) for title in titles if title.unit}
     if len(units) > 1:
         raise DataError(
-            f"{table.name}: the titles give {quantity.name} more than one unit: {', '.join(sorted(units))}"
+            f"{table.name}: the titles give {quantity.name} more than one unit: "
+            f"{', '.join(sorted(units))}"
         )
     return units.pop() if units else None
 
@@ -229,9 +234,12 @@ def _extra(
     columns: Columns,
     roles: tuple[str, ...],
     quantity: Quantity,
-    judge_unit: Callable[[Floats], str | None],
+    infer_unit: Callable[[Floats], str | None],
 ) -> Floats | None:
-    """Read what navigation can do without, shape (n, len(roles)): None, with a warning, where it makes no sense."""
+    """Read an optional quantity, shape (n, len(roles)).
+
+    None, with a warning, for unusable values.
+    """
     if not {*roles} <= {*columns}:
         return None
     indices = [columns[role] for role in roles]
@@ -242,7 +250,7 @@ def _extra(
             values,
             quantity,
             _stated(table, indices, quantity),
-            lambda: judge_unit(values),
+            lambda: infer_unit(values),
         )
     except DataError as error:
         warnings.warn(f"{error}; {quantity.name} is left out", FootnavWarning, stacklevel=2)

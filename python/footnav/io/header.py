@@ -1,7 +1,7 @@
-"""What the titles of columns mean.
+"""Roles and units in the titles of columns.
 
-Liberal in spelling ("ax", "Acc_X", "accelerometer x [g]", "accX_mps2"), strict in meaning: a title
-with a word that is not known here ("free acc x", "gravity_x") is left alone.
+Many spellings are accepted ("ax", "Acc_X", "accelerometer x [g]", "accX_mps2"); a title with an
+unknown word ("free acc x", "gravity_x") has no role.
 """
 
 import re
@@ -34,14 +34,14 @@ _BRACKETS = re.compile(r"(.*?)[(\[{](.*)[)\]}]\s*")
 
 @dataclass(frozen=True, slots=True)
 class Title:
-    """The title of a column, understood.
+    """The parsed title of a column.
 
     Attributes
     ----------
     text : str
         As the file has it.
     role : str or None
-        One of `ROLES`, or None where the title means nothing to footnav.
+        One of `ROLES`, or None for an unknown title.
     unit : str or None
         Unit as the file spells it, or None where the title has none.
     """
@@ -68,7 +68,7 @@ def understand(text: str) -> Title:
 
 
 def _match(name: str) -> tuple[str | None, Quantity | None, str]:
-    """Split a title without blanks into role, quantity and what is left."""
+    """Split a title without blanks into role, quantity and rest."""
     for letter, quantity, words in _TRIADS:
         axis_last = re.fullmatch(rf"(?:{words})([xyz])(.*)", name)
         found = axis_last or re.fullmatch(rf"([xyz])(?:{words})((?![xyz]).*)", name)

@@ -1,6 +1,8 @@
-"""Raw counts of one or two MPU6050s: ms, then ax ay az gx gy gz of each sensor, left foot first; no header.
+"""Raw counts of one or two MPU6050s: ms, then ax ay az gx gy gz of each sensor, left foot first.
 
-The counts are 16-bit and do not tell their full scale, which has to be given.
+No header.
+
+The counts are 16-bit; their full scale has to be given.
 """
 
 from types import MappingProxyType
@@ -42,7 +44,7 @@ def read(table: Table, options: Options, form: str) -> Samples:
     Parameters
     ----------
     table : Table
-        The file; stamps in ms unless `options.t_unit` says otherwise.
+        The file; stamps in ms unless `options.t_unit` is given.
     options : Options
         Must have the two ranges, and the foot for a pair.
     form : {"mpu6050", "mpu6050-pair"}
@@ -88,7 +90,8 @@ def _full_scale(
     choices = ", ".join(map(str, known))
     if value is None:
         raise ConfigError(
-            f"{name} holds raw counts, which do not tell their range; give {label} in {unit}: {choices}"
+            f"{name} holds raw counts, whose range is not in the file; give {label} in {unit}: "
+            f"{choices}"
         )
     if value not in known:
         raise ConfigError(f"{label} is {value:g} {unit}; an MPU6050 has {choices}")
@@ -133,7 +136,8 @@ def _counts(table: Table, columns: delimited.Columns) -> Floats:
     if bad.size:
         row, column = bad[0]
         raise DataError(
-            f"{table.name}, line {table.numbers[row]}: {table.title(indices[column])} is {counts[row, column]:.10g}; "
+            f"{table.name}, line {table.numbers[row]}: {table.title(indices[column])} is "
+            f"{counts[row, column]:.10g}; "
             f"expected a count from {-FULL_SCALE_COUNTS} to {FULL_SCALE_COUNTS - 1}"
         )
     return counts

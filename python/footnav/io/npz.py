@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from footnav.errors import DataError, FootnavWarning
-from footnav.io import judge
+from footnav.io import infer_units
 from footnav.io.options import Options
 from footnav.io.samples import Samples, stamps
 from footnav.io.units import ACCEL, GYRO, MAG, TIME, to_si
@@ -18,7 +18,7 @@ MAGIC = b"PK\x03\x04"
 
 
 def read(data: bytes, name: str, options: Options) -> Samples:
-    """Read t, accel, gyro and, where present, mag, pressure, temperature, accel_range and gyro_range.
+    """Read t, accel, gyro and, where present, the optional arrays and ranges.
 
     Parameters
     ----------
@@ -52,7 +52,8 @@ def read(data: bytes, name: str, options: Options) -> Samples:
     if missing:
         found = ", ".join(arrays) or "none of them"
         raise DataError(
-            f"{name}: expected the arrays t, accel and gyro, found {found}; missing {', '.join(missing)}"
+            f"{name}: expected the arrays t, accel and gyro, found {found}; missing "
+            f"{', '.join(missing)}"
         )
     accel = to_si(arrays["accel"], ACCEL, options.accel_unit or "m/s^2")
     t = to_si(arrays["t"], TIME, options.t_unit or "s") if "t" in arrays else None
@@ -88,11 +89,11 @@ def _load(data: bytes, name: str) -> dict[str, Floats]:
 
 
 def _mag(name: str, mag: Floats | None) -> Floats | None:
-    """Convert a magnetometer to T: tools save it in uT as often, which no field of the Earth leaves in doubt."""
+    """Convert a magnetometer to T from T or uT, by the strength of the Earth's field."""
     if mag is None or mag.ndim != 2:
         return mag
     missing = int((~np.isfinite(mag)).any(axis=1).sum())
-    unit = judge.mag_unit(mag)
+    unit = infer_units.mag_unit(mag)
     if unit and not missing:
         return to_si(mag, MAG, unit)
     why = f"has {missing} row(s) that are not finite" if missing else "is in neither T nor uT"

@@ -23,7 +23,7 @@ class Options:
     Raises
     ------
     ConfigError
-        A value is unknown, out of range, or at odds with another one.
+        A value is unknown, out of range, or inconsistent with another one.
     """
 
     format: str | None = None
@@ -38,7 +38,7 @@ class Options:
     gyro_range: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what no reader could use."""
+        """Validate the values."""
         _check_choice("format", self.format, FORMATS)
         _check_choice("t_unit", self.t_unit, TIME.scale)
         _check_choice("accel_unit", self.accel_unit, ACCEL.scale)
@@ -52,7 +52,7 @@ class Options:
             rotation(self.axes)
 
     def refuse(self, form: str, *labels: str) -> None:
-        """Raise ConfigError if an option is given that a file of format `form` has no use for."""
+        """Raise ConfigError if an option is given that does not apply to format `form`."""
         for label in labels:
             if getattr(self, label) is not None:
                 raise ConfigError(
@@ -61,7 +61,7 @@ class Options:
 
 
 def rotation(axes: str) -> Floats:
-    """Turn "y,-x,z" into the matrix whose rows are the sensor's axes in terms of the file's.
+    """Convert "y,-x,z" to the matrix whose rows are the sensor's axes in terms of the file's.
 
     Parameters
     ----------
@@ -93,7 +93,8 @@ def rotation(axes: str) -> Floats:
         raise ConfigError(f"axes is {axes!r}; each of x, y and z must appear once")
     if determinant < 0:
         raise ConfigError(
-            f"axes is {axes!r}, which mirrors the sensor; a right-handed one has one sign fewer or more"
+            f"axes is {axes!r}, which mirrors the sensor; a right-handed one has one sign fewer "
+            "or more"
         )
     return matrix
 
@@ -117,7 +118,8 @@ def _check_columns(columns: Mapping[str, str | int]) -> None:
     for role, column in columns.items():
         if role not in ROLES:
             raise ConfigError(
-                f"columns names {role!r}; expected one of {', '.join(ROLES)}{nearest(str(role), ROLES)}"
+                f"columns names {role!r}; expected one of "
+                f"{', '.join(ROLES)}{nearest(str(role), ROLES)}"
             )
         if isinstance(column, bool) or not isinstance(column, str | int):
             raise ConfigError(

@@ -1,4 +1,7 @@
-"""What every reader hands over: SI values along the axes of the file, before they are checked as a recording."""
+"""Output of every reader.
+
+SI values along the axes of the file, before validation as a recording.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +15,10 @@ from footnav.recording import Floats
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Samples:
-    """Samples in SI units, as `footnav.recording.Recording` names them; ranges in m/s^2 and rad/s."""
+    """Samples in SI units, as `footnav.recording.Recording` names them.
+
+    Ranges in m/s^2 and rad/s.
+    """
 
     t: Floats
     accel: Floats
@@ -63,9 +69,9 @@ def stamps(name: str, t: Floats | None, n: int, rate_hz: float | None) -> Floats
 
 
 def convert(
-    name: str, values: Floats, quantity: Quantity, unit: str | None, judge: Callable[[], str | None]
+    name: str, values: Floats, quantity: Quantity, unit: str | None, infer: Callable[[], str | None]
 ) -> Floats:
-    """Convert to SI, from `unit` or else from the unit that `judge` finds in the values.
+    """Convert to SI, from `unit` or else from the unit that `infer` finds in the values.
 
     Parameters
     ----------
@@ -74,11 +80,11 @@ def convert(
     values : ndarray
         Values of `quantity` as the file has them.
     quantity : Quantity
-        What they measure.
+        The measured quantity.
     unit : str or None
         The unit, where it is known.
-    judge : callable
-        Returns the unit, or None when the values leave it open.
+    infer : callable
+        Returns the unit, or None when the values are ambiguous.
 
     Returns
     -------
@@ -88,9 +94,9 @@ def convert(
     Raises
     ------
     DataError
-        The unit is neither known nor to be seen in the values.
+        The unit is neither stated nor inferred from the values.
     """
-    found = unit or judge()
+    found = unit or infer()
     if found is None:
         choices = ", ".join(quantity.scale)
         cure = (
@@ -99,6 +105,7 @@ def convert(
             else f"write it in the title ({choices})"
         )
         raise DataError(
-            f"{name} does not state the unit of {quantity.name}, and the values leave it open; {cure}{quantity.hint}"
+            f"{name} does not state the unit of {quantity.name}, and the values are ambiguous; "
+            f"{cure}{quantity.hint}"
         )
     return to_si(values, quantity, found)

@@ -1,8 +1,8 @@
-"""Delimited text as loggers write it: rows of numbers, with or without titles.
+"""Delimited text: rows of numbers, with or without titles.
 
 Blank lines, comment lines (#), trailing delimiters, byte order marks, quotes and decimal commas
-(beside another delimiter) are understood.  A last line that was cut off is dropped with a warning;
-any other defect is an error with its line number.
+(beside another delimiter) are supported.  A truncated last line is dropped with a warning; any
+other defect is an error with its line number.
 """
 
 import codecs
@@ -35,9 +35,9 @@ class Table:
     lines : list of str
         The rows.
     numbers : list of int
-        Number of each row's line, as an editor shows it.
+        Line number of each row, from 1.
     delimiter : str or None
-        What stands between cells; None stands for blanks.
+        Separator of cells; None for blanks.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Table:
     delimiter: str | None
 
     def title(self, column: int) -> str:
-        """Return what messages call a column."""
+        """Return the name of a column in messages."""
         return repr(self.titles[column].text) if self.titles else f"column {column}"
 
     def columns(self, indices: Sequence[int]) -> Floats:
@@ -85,7 +85,8 @@ class Table:
                 if not is_number(cells[column]):
                     found = repr(cells[column].strip()) if cells[column].strip() else "empty"
                     return DataError(
-                        f"{self.name}, line {number}: {self.title(column)} is {found}; expected a number"
+                        f"{self.name}, line {number}: {self.title(column)} is {found}; expected a "
+                        "number"
                     )
         return None
 
@@ -94,8 +95,10 @@ class Table:
         if bad.size:
             row, column = bad[0]
             raise DataError(
-                f"{self.name}, line {self.numbers[row]}: {self.title(indices[column])} is {values[row, column]}; "
-                f"{len(bad)} value(s) in all are not finite: remove the rows or repair the recording"
+                f"{self.name}, line {self.numbers[row]}: {self.title(indices[column])} is "
+                f"{values[row, column]}; "
+                f"{len(bad)} value(s) in all are not finite: remove the rows or repair the "
+                "recording"
             )
 
 
@@ -121,7 +124,7 @@ def parse(data: bytes, name: str) -> Table:
     Warns
     -----
     FootnavWarning
-        The last line was cut off and is left out.
+        The last line is truncated and is left out.
     """
     text = _decode(data, name).replace("\r\n", "\n").replace("\r", "\n").replace('"', "")
     content = [
@@ -132,12 +135,13 @@ def parse(data: bytes, name: str) -> Table:
     rows = [row for row in content if not _is_comment(row[1])] if "#" in text else content
     if not rows:
         raise DataError(f"{name} is empty: it has no row of samples")
-    # A row from the middle is neither a header nor cut off.
+    # A row from the middle is neither a header nor truncated.
     delimiter = _delimiter(rows[len(rows) // 2][1])
     first = next((k for k, (_, line) in enumerate(rows) if _is_data(line, delimiter)), len(rows))
     if first == len(rows):
         raise DataError(
-            f"{name}, line {rows[0][0]}: no row of numbers was found; the file begins {rows[0][1][:60]!r}"
+            f"{name}, line {rows[0][0]}: no row of numbers was found; the file begins "
+            f"{rows[0][1][:60]!r}"
         )
     head = [line for number, line in content if number < rows[first][0]]
     body = rows[first:]
@@ -156,7 +160,7 @@ def split(line: str, delimiter: str | None) -> list[str]:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number; Python's own 1_000 is not one in a file."""
+    """Whether a cell is a number; Python's 1_000 is not."""
     try:
         float(cell)
     except ValueError:
@@ -172,7 +176,7 @@ def _decode(data: bytes, name: str) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # Older loggers write degree signs in Latin-1, in which every byte is a character.
+        # Older loggers write degree signs in Latin-1, in which every byte is valid.
         return data.decode("latin-1")
 
 
@@ -181,19 +185,19 @@ def _is_comment(line: str) -> bool:
 
 
 def _delimiter(line: str) -> str | None:
-    """Find the delimiter; the comma comes last, since it may be a decimal comma beside the others."""
+    """Find the delimiter; the comma is last, since it may be a decimal comma beside the others."""
     return next((mark for mark in (";", "\t", ",") if mark in line), BLANK)
 
 
 def _is_data(line: str, delimiter: str | None) -> bool:
-    """Whether enough cells are numbers; one that is not is a defect of the row, to be named later."""
+    """Whether enough cells are numbers; other cells are defects of the row, reported later."""
     cells = [cell for cell in split(line, delimiter) if cell]
     numbers = sum(is_number(cell if delimiter == "," else cell.replace(",", ".")) for cell in cells)
     return 2 * numbers > len(cells) or numbers >= len(REQUIRED)
 
 
 def _titles(head: list[str], delimiter: str | None) -> list[Title]:
-    """Understand the line above the rows that names the axes, or else the last one that is no comment."""
+    """Parse the header line that names the axes, or else the last one that is not a comment."""
     candidates = [[understand(cell) for cell in _title_cells(line, delimiter)] for line in head]
     named = [titles for titles in candidates if covers(titles)]
     plain = [titles for titles, line in zip(candidates, head, strict=True) if not _is_comment(line)]
@@ -216,7 +220,7 @@ def _cell_count(line: str, delimiter: str | None) -> int:
 def _whole_rows(
     rows: list[tuple[int, str]], width: int, delimiter: str | None, name: str, cut: bool
 ) -> list[tuple[int, str]]:
-    """Return the rows that have `width` cells: all of them, or all but a last one that was cut off."""
+    """Return the rows with `width` cells: all of them, or all but a truncated last one."""
     for place, (number, line) in enumerate(rows):
         count = _cell_count(line, delimiter)
         if count == width or (
@@ -235,7 +239,7 @@ def _whole_rows(
 
 
 def _without_last(rows: list[tuple[int, str]], name: str, why: str) -> list[tuple[int, str]]:
-    message = f"{name}, line {rows[-1][0]}: the last line is cut off ({why}) and is left out"
+    message = f"{name}, line {rows[-1][0]}: the last line is truncated ({why}) and is left out"
     warnings.warn(message, FootnavWarning, stacklevel=2)
     return rows[:-1]
 

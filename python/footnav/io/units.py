@@ -1,4 +1,4 @@
-"""Units of recorded files: how people spell them and what they are in SI."""
+"""Units of recorded files: spellings and SI values."""
 
 import math
 import re
@@ -14,15 +14,15 @@ class Quantity:
     Attributes
     ----------
     name : str
-        What messages call it.
+        Name in messages.
     scale : dict of str to float
         SI value of one of each unit; the first unit is the SI one.
     spellings : dict of str to str
-        Unit that each spelling, as `spelling` writes it, stands for.
+        Unit of each spelling, as normalized by `spelling`.
     option : str
         Option of `footnav.io.read` that states the unit, or "" where there is none.
     hint : str
-        What else an unknown unit may mean, as the end of a message.
+        Hint for an unknown unit, as the end of a message.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Quantity:
 
 
 def spelling(text: str) -> str:
-    """Reduce a unit to lower-case letters and digits, so that "m/s²", "(M/S^2)" and "m s^-2" are one."""
+    """Normalize a unit to lower-case letters and digits: "m/s²", "(M/S^2)" and "m s^-2" agree."""
     text = text.lower().translate(_SYMBOLS)
     for pattern, short in _WORDS:
         text = re.sub(pattern, short, text)
@@ -117,7 +117,7 @@ def to_si(values: Floats, quantity: Quantity, unit: str) -> Floats:
     values : ndarray
         Values in `unit`.
     quantity : Quantity
-        What they measure.
+        The measured quantity.
     unit : str
         One of `quantity.scale`.
 

@@ -22,7 +22,7 @@ def read(table: Table, options: Options) -> Samples:
     table : Table
         The file.
     options : Options
-        What the user stated.
+        The options of the caller.
 
     Returns
     -------

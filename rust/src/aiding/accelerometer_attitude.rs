@@ -16,10 +16,10 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::config::FilterConfig;
 use crate::filter::error_state::{Block, ErrorStates};
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::settings::FilterConfig;
 use crate::math::simd::Simd;
 use crate::types::sample::ImuSample;
 

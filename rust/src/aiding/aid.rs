@@ -10,7 +10,7 @@ use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
 
-/// The newest sample, the interval that it ends, and what is known of both.
+/// The newest sample and the interval that it ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Epoch<'a> {
     pub(crate) sample: &'a ImuSample,
@@ -47,6 +47,26 @@ impl Outcome {
     }
 }
 
+/// Updates by one aid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UpdateCount {
+    /// Measurements that the filter used.
+    pub accepted: u64,
+    /// Measurements that a test rejected.
+    pub rejected: u64,
+}
+
+impl UpdateCount {
+    #[inline(always)]
+    pub(crate) fn add(&mut self, outcome: Outcome) {
+        match outcome {
+            Outcome::None => {}
+            Outcome::Accepted => self.accepted += 1,
+            Outcome::Rejected => self.rejected += 1,
+        }
+    }
+}
+
 /// A source of measurements for the filter.
 pub(crate) trait Aid {
     /// The block of error states that its measurements observe; none while it makes none.
@@ -71,7 +91,7 @@ pub(crate) trait Aid {
         recorder: &mut impl FilterRecorder,
     ) -> Outcome;
 
-    /// Discards what it knows of a motion that a long gap interrupted.
+    /// Discards its state of a motion that a long gap interrupted.
     fn interrupt(&mut self) {}
 }
 

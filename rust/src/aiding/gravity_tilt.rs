@@ -5,11 +5,11 @@
 
 use crate::aiding::accelerometer_attitude::{self, AttitudeIndication};
 use crate::aiding::aid::{Aid, Epoch, Outcome};
-use crate::config::{AttitudeUpdate, FilterConfig, FilterKind};
 use crate::filter::error_state::{Block, LinearMap};
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::initial_covariance::tilt_of_accel_bias;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::settings::{AttitudeUpdate, FilterConfig, FilterKind};
 use crate::ins::strapdown::StrapdownStep;
 use crate::math::simd::Simd;
 use crate::types::sample::ImuSample;

@@ -9,10 +9,10 @@
 
 use crate::aiding::accelerometer_attitude::{self, AttitudeIndication};
 use crate::aiding::aid::{Aid, Epoch, Outcome};
-use crate::config::{AttitudeUpdate, FilterConfig, FilterKind};
 use crate::filter::error_state::Block;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::settings::{AttitudeUpdate, FilterConfig, FilterKind};
 use crate::ins::strapdown::StrapdownStep;
 use crate::math::simd::Simd;
 use crate::types::sample::ImuSample;

@@ -28,13 +28,12 @@ use crate::math::simd::Simd;
 /// Longest contact that is used, s: over a longer one the error of the free-inertial velocity is no
 /// constant.
 const MAX_CONTACT_DURATION: f64 = 1.0;
-/// Variation of the angular rate at which a single contact says as much of r as the assumption that
-/// it is zero, rad/s.
+/// Variation of the angular rate at which a single contact weighs as much as the prior r = 0, rad/s.
 const MIN_EXCITATION: f64 = 0.1;
-/// Square of how far what the foot rolls about wanders in a contact, 3 cm, over how far it may be
-/// from the sensor, 10 cm.  It wanders alike in every stride, so no number of them makes up for it.
+/// Squared ratio of the motion of the rotation centre in a contact, 3 cm, to its distance from the
+/// sensor, 10 cm.  It moves alike in every stride, so it does not average out.
 const LEVER_ARM_VARIATION: f64 = 0.1;
-/// Share of what the contacts before told that is kept when a new one is over: a memory of some 20
+/// Factor on the normal equations of earlier contacts at the end of a contact: a memory of some 20
 /// strides.
 const FORGETTING_FACTOR: f64 = 0.95;
 
@@ -48,13 +47,13 @@ pub(crate) struct LeverArmEstimator {
 }
 
 impl LeverArmEstimator {
-    /// Velocity of the sensor on a foot that rolls with `angular_rate` (b, rad/s), b, m/s.
+    /// Velocity of the sensor on a foot that rotates with `angular_rate` (b, rad/s), b, m/s.
     #[inline]
     pub(crate) fn velocity(&self, angular_rate: &Vector3<f64>) -> Vector3<f64> {
         angular_rate.cross(&self.lever)
     }
 
-    /// Goes on by one interval; a contact lasts while the angular rate is below `limit` (rad/s).
+    /// Propagates over an interval; a contact lasts while the angular rate is below `limit` (rad/s).
     #[inline(always)]
     pub(crate) fn step(&mut self, simd: impl Simd, interval: &Interval, stance: bool, limit: f64) {
         if interval.step.dt <= 0.0 {
@@ -67,12 +66,12 @@ impl LeverArmEstimator {
         }
     }
 
-    /// The contact with the ground was interrupted: what is known of it is not used.
+    /// Discards the present contact.
     pub(crate) fn interrupt(&mut self) {
         self.contact = Contact::default();
     }
 
-    /// The contact is over, and tells of r if the foot had_stance meanwhile.
+    /// Adds the contact to the normal equations if it includes a stance.
     #[cold]
     fn end_contact(&mut self) {
         let contact = std::mem::take(&mut self.contact);
@@ -82,8 +81,7 @@ impl LeverArmEstimator {
         let (normal, right) = contact.equations();
         self.normal = FORGETTING_FACTOR * self.normal + normal;
         self.right = FORGETTING_FACTOR * self.right + right;
-        // Two of the three directions count: along the axis that the foot rolls about, r is of no
-        // effect.
+        // Two of the three directions count: r along the rotation axis has no effect.
         let ridge = MIN_EXCITATION.powi(2) + LEVER_ARM_VARIATION * 0.5 * self.normal.trace();
         if let Some(factor) = (self.normal + Matrix3::from_diagonal_element(ridge)).cholesky() {
             self.lever = factor.solve(&self.right);
@@ -211,7 +209,7 @@ mod tests {
             }
             let rate = Vector3::new(0.0, 0.2, 0.0);
             let (found, truth) = (estimator.velocity(&rate), rate.cross(&lever));
-            // What wanders may not be believed in full.
+            // The estimate is shrunk by the variation of the lever arm.
             prop_assert!((found - truth).norm() < 0.2 * rate.norm() * lever.norm() + 1e-3, "{found}, {truth}");
         }
     }

@@ -18,7 +18,7 @@ use std::iter;
 use nalgebra::Vector3;
 
 use crate::aiding::aid::{Aid, Epoch, Outcome};
-use crate::config::MagnetometerConfig;
+use crate::aiding::magnetometer_settings::MagnetometerConfig;
 use crate::filter::error_state::Block;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
@@ -46,7 +46,7 @@ pub(crate) struct MagneticHeading {
     reference: Option<Reference>,
 }
 
-/// The field since the foot came to stand.
+/// The field since the start of the stance.
 #[derive(Clone, Copy, Debug, Default)]
 struct StanceField {
     /// Sum of the readings in n, and their number.
@@ -252,14 +252,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::config::Config;
-    use crate::ins::alignment::Aligned;
+    use crate::filter::settings::FilterConfig;
+    use crate::filter::setup::FilterSetup;
+    use crate::ins::alignment::{Aligned, AlignmentConfig};
     use crate::ins::interval::Interval;
     use crate::ins::strapdown::{MechanizationKind, Strapdown, StrapdownStep};
     use crate::math::rotation::about_up;
     use crate::math::simd::Baseline;
     use crate::types::health::Flags;
     use crate::types::sample::ImuSample;
+    use crate::types::sensor::SensorConfig;
 
     const DT: f64 = 0.01;
     const HEADING_STD: f64 = 0.1;
@@ -294,8 +296,14 @@ mod tests {
                 earth_rate: Vector3::zeros(),
                 nominal_interval: DT,
             };
-            let config = Config::default();
-            let filter = ErrorStateFilter::new(Baseline, &config, &aligned, 0.0, &strapdown);
+            let setup = FilterSetup {
+                sensor: &SensorConfig::default(),
+                alignment: &AlignmentConfig::default(),
+                filter: &FilterConfig::default(),
+                strapdown: &strapdown,
+                batches: false,
+            };
+            let filter = ErrorStateFilter::new(Baseline, &setup, &aligned, 0.0);
             let mut trial = Self { aid: aid(), filter, accepted: 0, rejected: 0, truth };
             trial.read(field);
             trial.aid.begin(&trial.filter.estimate.nav, true);
@@ -324,7 +332,7 @@ mod tests {
             self.rejected += u64::from(outcome == Outcome::Rejected);
         }
 
-        /// The magnetometer reads the field, in a unit in which rounding tells two readings apart.
+        /// The magnetometer reads the field, with a change that makes two readings distinct.
         fn read_at(&mut self, time: f64, field: &Vector3<f64>) {
             let reading = self.truth.inverse() * field * (1.0 + 1e-9 * time);
             self.aid.push(&MagSample::new(time, reading.into()).unwrap());

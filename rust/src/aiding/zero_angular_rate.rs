@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::aiding::aid::{Aid, Epoch, Outcome};
-use crate::config::{FilterConfig, FilterKind};
 use crate::filter::error_state::Block;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::settings::{FilterConfig, FilterKind};
 use crate::math::simd::Simd;
 use crate::types::health::Flags;
 use crate::types::sample::ImuSample;

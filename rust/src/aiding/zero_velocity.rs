@@ -11,10 +11,10 @@ use nalgebra::{Matrix3, Vector3};
 use crate::aiding::aid::{Aid, Epoch, Outcome};
 use crate::aiding::lever_arm::LeverArmEstimator;
 use crate::aiding::zupt_correlation::ZuptCorrelation;
-use crate::config::{FilterConfig, FilterKind};
 use crate::filter::error_state::Block;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::settings::{FilterConfig, FilterKind};
 use crate::math::rotation_kernels;
 use crate::math::simd::Simd;
 

@@ -3,10 +3,10 @@
 use crate::aiding::magnetometer_settings::MagnetometerConfig;
 use crate::error::ConfigError;
 use crate::filter::settings::{FilterConfig, FilterKind};
+use crate::gait::correction::{CorrectionConfig, CorrectionKind};
 use crate::ins::alignment::AlignmentConfig;
 use crate::ins::mechanization::MechanizationConfig;
 use crate::ins::strapdown::MechanizationKind;
-use crate::pipeline::gait_correction::{CorrectionConfig, CorrectionKind};
 use crate::smoother::settings::{SmootherConfig, SmootherKind};
 
 /// Heading updates need the Kalman filter.

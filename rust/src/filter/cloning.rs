@@ -1,16 +1,16 @@
-//! Stochastic cloning: how the errors of now hang together with those at an instant before.
+//! Stochastic cloning: the cross-covariance of the present errors with those at an earlier instant.
 //!
-//! At that instant the errors of the pose, δp and φ about the up axis of n, are copied.  The copy
-//! stays as it is, and its cross-covariance X with the errors that move on takes the same steps as
-//! the covariance P, from one side only:
+//! At that instant the errors of the pose, δp and φ about the up axis of n, are copied.  The copy is
+//! constant, and its cross-covariance X with the present errors is propagated as the covariance P, from
+//! one side:
 //!
 //! ```text
 //! over a transition     P <- F P Fᵀ + Q          X <- F X
 //! over an observation   P <- (I - K H) P         X <- (I - K H) X
 //! ```
 //!
-//! This is the filter of the 19 states that the copy makes of the 15, in which no observation
-//! corrects the copy: the solution of that instant was handed out and stays as it was.
+//! This is the filter of the 19 states with the copy, in which no observation corrects the copy: the
+//! solution of that instant is output and does not change.
 //!
 //! # References
 //! S. I. Roumeliotis, J. W. Burdick, "Stochastic Cloning: A Generalized Framework for Processing
@@ -28,7 +28,7 @@ use crate::filter::transition::Transition;
 use crate::math::block_matrix::Block3;
 use crate::math::simd::{Simd, WithSimd};
 
-/// Pose errors of an instant before, and what the errors of now have to do with them.
+/// Pose errors at an earlier instant, and their cross-covariance with the present errors.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ClonedErrors {
     own: Matrix4<f64>,
@@ -37,7 +37,7 @@ pub(crate) struct ClonedErrors {
 }
 
 impl ClonedErrors {
-    /// Clones the errors of now.
+    /// Clones the present errors.
     pub(crate) fn of(p: &Covariance) -> Self {
         let cross =
             Block::ALL.map(|block| {
@@ -55,7 +55,7 @@ impl ClonedErrors {
         &self.own
     }
 
-    /// Covariance of the pose errors of now, down the rows, with the cloned ones.
+    /// Cross-covariance of the present pose errors, along the rows, with the cloned ones.
     pub(crate) fn with_now(&self) -> Matrix4<f64> {
         pose_rows(&self.cross)
     }

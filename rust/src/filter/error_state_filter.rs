@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::config::{Config, SmootherKind};
 use crate::error::NumericalError;
 use crate::filter::covariance::Covariance;
 use crate::filter::error_state::{Block, ErrorStates, LinearMap};
@@ -14,10 +13,10 @@ use crate::filter::observation::{Observation, Update};
 use crate::filter::process_noise::ProcessNoise;
 use crate::filter::propagation::Propagation;
 use crate::filter::recorder::FilterRecorder;
+use crate::filter::setup::FilterSetup;
 use crate::filter::transition::Transition;
 use crate::ins::alignment::Aligned;
 use crate::ins::interval::Interval;
-use crate::ins::strapdown::Strapdown;
 use crate::math::rotation_kernels;
 use crate::math::simd::{Simd, WithSimd};
 use crate::types::nav_state::NavState;
@@ -54,26 +53,20 @@ pub(crate) struct ErrorStateFilter<S> {
 }
 
 impl<S: Simd> ErrorStateFilter<S> {
-    /// A filter that starts from an alignment at `time`, for the mechanization `strapdown`.
+    /// A filter that starts from an alignment at `time` (s).
     #[must_use]
-    pub(crate) fn new(
-        simd: S,
-        config: &Config,
-        aligned: &Aligned,
-        time: f64,
-        strapdown: &Strapdown,
-    ) -> Self {
+    pub(crate) fn new(simd: S, setup: &FilterSetup<'_>, aligned: &Aligned, time: f64) -> Self {
         let estimate = Estimate {
             nav: NavState::at_rest(time, aligned.attitude),
-            gyro_bias: gyro_bias_gain(config, aligned) * aligned.gyro_bias,
+            gyro_bias: gyro_bias_gain(setup, aligned) * aligned.gyro_bias,
             accel_bias: Vector3::zeros(),
         };
-        let covariance = initial_covariance(simd, config, aligned);
+        let covariance = initial_covariance(simd, setup, aligned);
         Self {
             estimate,
-            propagation: Propagation::new(covariance, batch_size(config, strapdown)),
-            noise: ProcessNoise::new(&config.sensor, &config.filter, config.gravity()),
-            earth_rate: strapdown.earth_rate,
+            propagation: Propagation::new(covariance, batch_size(setup)),
+            noise: ProcessNoise::new(setup.sensor, setup.filter, setup.strapdown.gravity),
+            earth_rate: setup.strapdown.earth_rate,
             simd,
         }
     }
@@ -311,13 +304,11 @@ impl WithSimd for ObserveAxis<'_> {
     }
 }
 
-/// Number of intervals over which the covariance is propagated at once; a smoother goes back over
-/// each of them.
-fn batch_size(config: &Config, strapdown: &Strapdown) -> usize {
-    match config.smoother.kind {
-        SmootherKind::None => {
-            samples(config.filter.covariance_interval / strapdown.nominal_interval)
-        }
-        SmootherKind::Stepwise | SmootherKind::Rts => 1,
+/// Number of intervals over which the covariance is propagated at once in swing.
+fn batch_size(setup: &FilterSetup<'_>) -> usize {
+    if setup.batches {
+        samples(setup.filter.covariance_interval / setup.strapdown.nominal_interval)
+    } else {
+        1
     }
 }

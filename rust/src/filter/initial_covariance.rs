@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::config::Config;
 use crate::filter::covariance::Covariance;
 use crate::filter::error_state::{Block, LinearMap};
+use crate::filter::setup::FilterSetup;
 use crate::ins::alignment::Aligned;
 use crate::math::simd::Simd;
 
@@ -23,11 +23,11 @@ pub(crate) const INITIAL_POSITION_STD: f64 = 2.0e-3;
 /// causes, and correlated with it.
 pub(crate) fn initial_covariance(
     simd: impl Simd,
-    config: &Config,
+    setup: &FilterSetup<'_>,
     aligned: &Aligned,
 ) -> Covariance {
-    let accel_bias = config.sensor.accel_bias_std.powi(2);
-    let settings = &config.alignment;
+    let accel_bias = setup.sensor.accel_bias_std.powi(2);
+    let settings = setup.alignment;
     let heading_std = settings.heading_std_deg.to_radians();
     let mut p = Covariance::zero();
     p.add_variance(Block::Position, INITIAL_POSITION_STD.powi(2));
@@ -35,18 +35,19 @@ pub(crate) fn initial_covariance(
     if !aligned.at_rest {
         p.add_variance(Block::Velocity, MOVING_VELOCITY_STD.powi(2));
         p.add_diagonal(Block::Attitude, &attitude_variances(MOVING_TILT_STD, heading_std));
-        p.add_variance(Block::GyroBias, config.sensor.gyro_bias_std.powi(2));
+        p.add_variance(Block::GyroBias, setup.sensor.gyro_bias_std.powi(2));
         return p;
     }
-    let tilt = tilt_of_accel_bias(aligned.attitude.to_rotation_matrix().matrix(), config.gravity());
+    let tilt =
+        tilt_of_accel_bias(aligned.attitude.to_rotation_matrix().matrix(), setup.strapdown.gravity);
     p.add_transformed(simd, Block::Attitude, Block::AccelBias, &tilt);
     p.add_diagonal(Block::Attitude, &attitude_variances(settings.tilt_std, heading_std));
-    p.add_variance(Block::Velocity, config.filter.zero_velocity_std.powi(2));
+    p.add_variance(Block::Velocity, setup.filter.zero_velocity_std.powi(2));
     let averaged =
         settings.gyro_bias_std.powi(2) * settings.duration / aligned.rest.min(settings.duration);
     p.add_variance(
         Block::GyroBias,
-        averaged + gyro_bias_gain(config, aligned) * aligned.sway.powi(2),
+        averaged + gyro_bias_gain(setup, aligned) * aligned.sway.powi(2),
     );
     p
 }
@@ -56,8 +57,8 @@ pub(crate) fn initial_covariance(
 ///
 /// For a bias of variance σ² and a mean that the sway disturbs by s, the linear estimate of least
 /// variance is σ²/(σ² + s²) of the mean.
-pub(crate) fn gyro_bias_gain(config: &Config, aligned: &Aligned) -> f64 {
-    let bias = config.sensor.gyro_bias_std.powi(2);
+pub(crate) fn gyro_bias_gain(setup: &FilterSetup<'_>, aligned: &Aligned) -> f64 {
+    let bias = setup.sensor.gyro_bias_std.powi(2);
     bias / (bias + aligned.sway.powi(2))
 }
 

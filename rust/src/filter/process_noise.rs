@@ -1,7 +1,8 @@
 //! Process noise Q: what the sensor's noise, the motion of the foot and missing samples add to the
 //! errors.
 
-use crate::config::{FilterConfig, SensorConfig};
+use crate::filter::settings::FilterConfig;
+use crate::types::sensor::SensorConfig;
 
 /// Second derivative of a walking foot's angular rate, rad/s³: about 5 rad/s at twice a second.
 const RATE_CURVATURE: f64 = 1_000.0;

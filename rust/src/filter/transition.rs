@@ -22,7 +22,7 @@ pub(crate) struct Transition {
 }
 
 impl Transition {
-    /// Over no time at all.
+    /// Over an interval of zero length.
     pub(crate) const NONE: Self = Self {
         dt: 0.0,
         tilt: Vector3::new(0.0, 0.0, 0.0),
@@ -30,7 +30,7 @@ impl Transition {
         earth_rate: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// The transition that belongs to a step on an Earth that turns with `earth_rate` (rad/s, n).
+    /// The transition of a step with an Earth rate (n, rad/s).
     #[must_use]
     #[inline]
     pub(crate) fn new(step: &StrapdownStep, earth_rate: &Vector3<f64>) -> Self {
@@ -44,9 +44,9 @@ impl Transition {
 
     /// This transition and `next` as one.
     ///
-    /// It takes what the velocity gains for spread evenly over the time, and has the gyroscope's
-    /// bias turn the attitude at the end of it.  So it differs from the product of both by the
-    /// second order of their time.
+    /// The change of velocity is taken as uniform over the time, and the gyroscope bias acts on the
+    /// attitude at the end of it, so the result differs from the product in the second order of the
+    /// time.
     #[must_use]
     #[inline(always)]
     pub(crate) fn compose(&self, next: &Self) -> Self {
@@ -58,7 +58,7 @@ impl Transition {
         }
     }
 
-    /// The time that it takes, s.
+    /// Duration, s.
     #[must_use]
     #[inline]
     pub(crate) fn dt(&self) -> f64 {
@@ -77,20 +77,20 @@ impl Transition {
         self.apply_earth_rate(x);
     }
 
-    /// What velocity turns into position twice, s; the vector s of [s×], which turns a tilt into
-    /// velocity, m/s; and the matrix that turns a bias into velocity or attitude, s.
+    /// The factors: velocity to position, applied twice, s; the vector s of [s×], tilt to velocity,
+    /// m/s; and the matrix from bias to velocity or attitude, s.
     #[inline]
     pub(crate) fn factors(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
         (0.5 * self.dt, self.tilt, self.bias)
     }
 
-    /// Whether the Earth turns.
+    /// Whether the Earth rate is not neglected.
     #[inline]
     pub(crate) fn has_earth_rate(&self) -> bool {
         is_rotating(&self.earth_rate)
     }
 
-    /// The last step: the Earth turned.
+    /// Applies the Earth rate, the last factor.
     #[inline]
     pub(crate) fn apply_earth_rate(&self, x: &mut impl LinearMap) {
         if let Some((velocity, attitude)) = self.earth_rotation() {
@@ -110,7 +110,7 @@ impl Transition {
         x.apply_transposed_factors(simd, half, &rotation::cross_matrix(&tilt), &bias);
     }
 
-    /// How the Earth turns velocity and attitude; none when it is at rest.
+    /// Effect of the Earth rate on velocity and attitude; none if it is neglected.
     #[inline]
     fn earth_rotation(&self) -> Option<(Matrix3<f64>, Matrix3<f64>)> {
         if !self.has_earth_rate() {

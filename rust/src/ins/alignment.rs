@@ -103,7 +103,7 @@ const BLOCK: f64 = 0.1;
 /// Longest time that the samples of a block may span, s: two blocks' worth, beyond which the motion
 /// in the gap is unknown.
 const MAX_BLOCK_SPAN: f64 = 0.2;
-/// How long a standing foot takes to sway one way, s.
+/// Half period of the sway of a standing foot, s.
 const SWAY: f64 = 1.0;
 /// Shortest rest, s, whose mean angular rate is taken for the gyroscope's bias.
 const MIN_REST: f64 = 0.2;
@@ -135,7 +135,7 @@ pub fn level_by_arcsine(f: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_euler_angles(about_x, about_y, 0.0)
 }
 
-/// The start as the alignment found it.
+/// Result of the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aligned {
     /// Rotation from the sensor frame to n.
@@ -144,10 +144,9 @@ pub struct Aligned {
     pub gyro_bias: Vector3<f64>,
     /// Whether the start was at rest.
     pub at_rest: bool,
-    /// How long the rest was, s.
+    /// Duration of the rest, s.
     pub rest: f64,
-    /// Standard deviation of the average angular rate of the rest, rad/s, from how much the foot
-    /// swayed.
+    /// Standard deviation of the average angular rate of the rest, rad/s, from the sway of the foot.
     pub sway: f64,
 }
 

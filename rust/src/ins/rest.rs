@@ -200,7 +200,7 @@ mod tests {
         ImuSample::new(time, [0.0, force, 9.8], [rate, 0.0, 0.0])
     }
 
-    /// States of all complete blocks; the rest goes on, or begins anew after motion.
+    /// States of all complete blocks; the rest continues, or restarts after motion.
     fn states(limits: RestLimits, samples: impl IntoIterator<Item = ImuSample>) -> Vec<BlockState> {
         let mut detector = RestDetector::new(limits, INTERVAL);
         let mut next = |sample: &ImuSample| {

@@ -100,7 +100,7 @@ impl Strapdown {
         now
     }
 
-    /// Part of the interval between two stamps that no sample speaks for, s; zero when none is
+    /// Part of the interval between two stamps that no sample covers, s; zero when none is
     /// missing.
     #[must_use]
     #[inline(always)]

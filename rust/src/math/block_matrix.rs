@@ -1,12 +1,12 @@
-//! Symmetric matrices of error states as 3x3 blocks, and the arithmetic of a block on the
-//! processor's lanes.
+//! Symmetric matrices of error states as 3x3 blocks, and the arithmetic of a block in
+//! vectors.
 //!
 //! Each of the 15 blocks on and above the diagonal is three rows of four numbers, the last of which
 //! is zero: a row is one vector of a processor with AVX.  All products of blocks are of one kind,
 //! `C + A B`: numbers of A, read from memory, times rows of B.
 //!
 //! What works on loaded blocks is inlined by force into the functions that [`crate::math::simd`]
-//! compiles for each kind of lanes; a call that is left over would run on the wrong instructions.
+//! compiles for each instruction set; a call that is not inlined would run on the wrong one.
 
 use std::ops::{Index, IndexMut};
 
@@ -72,7 +72,7 @@ impl Block3 {
         [self.0[0][0], self.0[1][1], self.0[2][2]]
     }
 
-    /// The numbers of a column, each in all places of the lanes.
+    /// The numbers of a column, each broadcast to a vector.
     #[inline(always)]
     pub(crate) fn broadcast_column<S: Simd>(&self, k: usize) -> [S::F64x4; 3] {
         let [a, b, c] = &self.0;
@@ -94,7 +94,7 @@ impl Block3 {
     }
 }
 
-/// The numbers of a vector that many rows are multiplied by, each in all places of the lanes.
+/// The numbers of a vector that many rows are multiplied by, each broadcast to a vector.
 pub(crate) struct BroadcastVector<S: Simd>([S::F64x4; 3]);
 
 impl<S: Simd> BroadcastVector<S> {

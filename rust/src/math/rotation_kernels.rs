@@ -1,5 +1,4 @@
-//! Rotations in as few operations as the lanes allow: a multiplication and the addition after it
-//! are one where the processor has that.
+//! Rotations by fused multiply-adds, where the instruction set has them.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -167,7 +166,7 @@ fn cos_and_sinc<S: Simd>(simd: S, half: &Vector3<f64>) -> (f64, f64) {
     (cos, sinc)
 }
 
-/// Estrin's scheme; the coefficients come in the order of the powers.
+/// Estrin's scheme; the coefficients are in the order of the powers.
 #[inline(always)]
 fn polynomial<S: Simd>(simd: S, x: f64, [a, b, c, d, e, f, g]: [f64; 7]) -> f64 {
     let y = x * x;

@@ -6,7 +6,8 @@
 //! that implements [`Simd`]: [`Simd::vectorize`] enters a function that is compiled for it, and
 //! everything that is inlined there is compiled for it too.  A fused multiply-add rounds once
 //! instead of twice, so the results differ in the sixteenth digit between instruction sets; one
-//! process uses one of them.  Elsewhere the target tells at compile time what there is.
+//! process uses one of them.  On other targets the instruction set is known at
+//! compile time.
 //!
 //! The names are those of the crate `pulp`, whose `Simd` has vectors of a width that depends on the
 //! instruction set; a row of a 3x3 block needs four numbers on each.

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::aiding::Aids;
 use crate::aiding::aid::Epoch;
-use crate::aiding::aids::Aids;
 use crate::detectors::detector::Decision;
 use crate::error::NumericalError;
 use crate::filter::error_state_filter::ErrorStateFilter;
@@ -94,8 +94,8 @@ impl<S: Simd> AidedIns<S> {
         let (noise, clipped) = (self.aids.position_noise(), flags.contains(Flags::CLIPPED));
         self.filter.predict(&interval, clipped, noise, !is_due, recorder);
         if is_due {
-            let outcomes = self.aids.update(&mut self.filter, &epoch, recorder);
-            health.record_updates(sample.time, &outcomes);
+            let outcome = self.aids.update(&mut self.filter, &epoch, recorder);
+            health.record_zero_velocity(sample.time, outcome);
             self.filter.check()?;
         } else {
             self.filter.check_prediction()?;

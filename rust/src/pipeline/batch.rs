@@ -4,20 +4,20 @@ use std::hint::black_box;
 
 use nalgebra::Vector3;
 
-use crate::aiding::aids::Reading;
-use crate::config::{Config, CorrectionKind};
+use crate::aiding::Reading;
+use crate::config::Config;
 use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error};
+use crate::gait::correction;
+use crate::gait::correction::CorrectionKind;
 use crate::gait::stride::Stride;
-use crate::pipeline::gait_correction;
 use crate::pipeline::health_monitor::Health;
 use crate::pipeline::navigator::Navigator;
 use crate::progress::{CHUNK, no_progress};
 use crate::types::rate::sample_rate;
-use crate::types::row_buffer::RowBuffer;
 use crate::types::sample::ImuSample;
 use crate::types::solution::Solution;
-use crate::types::trajectory::Trajectory;
+use crate::types::trajectory::{RowBuffer, Trajectory};
 
 /// Tracks a recording that is given in blocks, and post-processes it once all of it is there.
 pub struct Batch {
@@ -151,7 +151,7 @@ impl Batch {
         let Output { trajectory, newest, free_inertial } = &mut self.output;
         newest.flush(trajectory);
         let velocities = free_inertial.as_deref().unwrap_or_default();
-        gait_correction::correct(self.correction, trajectory, velocities);
+        correction::correct(self.correction, trajectory, velocities);
         let strides = self.strides();
         Ok((self.output.trajectory, health, strides))
     }
@@ -168,7 +168,7 @@ impl Batch {
     }
 }
 
-/// Tracks a new_unchecked recording: one row per sample, and the health of the new_unchecked walk.
+/// Tracks a whole recording: one row per sample, and the health of the whole walk.
 ///
 /// # Errors
 /// [`crate::error::ConfigError`] for a setting out of range, [`DataError`] for samples that cannot

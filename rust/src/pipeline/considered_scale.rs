@@ -9,8 +9,8 @@
 
 use nalgebra::Vector3;
 
-use crate::config::SensorConfig;
 use crate::types::nav_state::NavState;
+use crate::types::sensor::SensorConfig;
 use crate::types::solution::Solution;
 
 /// Scale errors and misalignments of both sensors, and the sensitivity of the position to them.

@@ -1,9 +1,9 @@
-//! Samples that wait for their decision.
+//! Delay line: samples that wait for the decision of the detector.
 
 use crate::types::health::Flags;
 use crate::types::sample::ImuSample;
 
-/// A calibrated sample and what is held against it.
+/// A calibrated sample and its flags.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PendingSample {
     pub(crate) sample: ImuSample,
@@ -55,7 +55,7 @@ impl DelayLine {
         self.count = self.count.saturating_sub(1);
     }
 
-    /// The sample that came last, whether it waits or not.
+    /// The newest sample, whether it waits or not.
     pub(crate) fn newest(&self) -> Option<&ImuSample> {
         self.last(1).next().map(|pending| &pending.sample)
     }

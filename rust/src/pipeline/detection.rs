@@ -8,8 +8,8 @@ use crate::progress::{CHUNK, no_progress};
 use crate::types::rate::whole_hertz;
 use crate::types::sample::ImuSample;
 
-/// The decisions of the configured detector about raw samples at about `rate_hz`, one per sample:
-/// those that a navigator would process_block.
+/// The decisions of the configured detector about raw samples at about `rate_hz`, one per sample: as
+/// in a navigator.
 ///
 /// # Errors
 /// [`ConfigError`] for a setting or a rate out of range.
@@ -27,8 +27,8 @@ pub(crate) fn configured(config: &Config, rate_hz: f64) -> Result<Box<dyn Detect
     Ok(config.detector.build(whole_hertz(rate_hz)?, config.gravity()))
 }
 
-/// The same of a detector of one's own; `config.detector` is not used.  `progress` is asked every
-/// 10,000 samples and can end the work.
+/// As [`decide_all`], with a detector of the caller's; `config.detector` is not used.  `progress` is called every
+/// 10,000 samples and its error cancels the work.
 ///
 /// # Errors
 /// That of `progress`, and [`ConfigError`] for a setting out of range.

@@ -4,7 +4,7 @@
 //! Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial
 //! Sensors": the second stage of the alignment.
 
-use crate::aiding::aids::Aids;
+use crate::aiding::Aids;
 use crate::error::NumericalError;
 use crate::ins::alignment::{Alignment, Gathered};
 use crate::math::simd::Simd;

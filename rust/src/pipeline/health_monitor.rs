@@ -1,9 +1,9 @@
 //! Health of the solution: the quality flags at each sample, and counters of events and updates.
 
+use crate::aiding::UpdateCounters;
 use crate::aiding::aid::Outcome;
-use crate::aiding::aids::PerAid;
-use crate::config::HealthConfig;
 use crate::types::health::Flags;
+use crate::types::health_settings::HealthConfig;
 
 /// Events and updates since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,36 +19,7 @@ pub struct Counters {
     /// Samples refused as not finite or out of order.
     pub refused: u64,
     /// Updates of the filter by each aid.
-    pub updates: PerAid<UpdateCount>,
-}
-
-/// Updates by one aid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct UpdateCount {
-    /// Measurements that the filter used.
-    pub accepted: u64,
-    /// Measurements that a test rejected.
-    pub rejected: u64,
-}
-
-impl UpdateCount {
-    #[inline]
-    fn add(&mut self, outcome: Outcome) {
-        match outcome {
-            Outcome::None => {}
-            Outcome::Accepted => self.accepted += 1,
-            Outcome::Rejected => self.rejected += 1,
-        }
-    }
-}
-
-impl PerAid<UpdateCount> {
-    #[inline]
-    fn add(&mut self, outcomes: &PerAid<Outcome>) {
-        for (count, outcome) in self.iter_mut().zip(outcomes.iter()) {
-            count.add(*outcome);
-        }
-    }
+    pub updates: UpdateCounters,
 }
 
 /// Quality of the newest solution, and the counters.
@@ -77,7 +48,6 @@ pub(crate) struct HealthMonitor {
     last_zero_velocity: f64,
     /// Flags that stay until an update clears them, or for good.
     latched: Flags,
-    pub(crate) updates: PerAid<UpdateCount>,
 }
 
 impl HealthMonitor {
@@ -88,7 +58,6 @@ impl HealthMonitor {
             last_of_all: f64::NEG_INFINITY,
             last_zero_velocity: f64::NEG_INFINITY,
             latched: Flags::empty(),
-            updates: PerAid::default(),
         }
     }
 
@@ -98,11 +67,10 @@ impl HealthMonitor {
         self.latched.set(Flags::MOVING_START, !at_rest);
     }
 
-    /// Counts the outcomes of the aids at one sample.
+    /// Takes the outcome of the zero-velocity update at one sample.
     #[inline]
-    pub(crate) fn record_updates(&mut self, time: f64, outcomes: &PerAid<Outcome>) {
-        self.updates.add(outcomes);
-        match outcomes.zero_velocity {
+    pub(crate) fn record_zero_velocity(&mut self, time: f64, outcome: Outcome) {
+        match outcome {
             Outcome::None => {}
             Outcome::Accepted => {
                 self.latched.remove(Flags::UPDATES_REJECTED);
@@ -191,17 +159,13 @@ mod tests {
         monitor
     }
 
-    fn accepted_zero_velocity() -> PerAid<Outcome> {
-        PerAid { zero_velocity: Outcome::Accepted, ..PerAid::default() }
-    }
-
     #[test]
     fn time_without_zero_velocity_degrades_and_then_invalidates() {
         let mut monitor = monitor();
         assert_eq!(monitor.assess(2.9, Flags::empty(), || 0.0).status(), Status::Ok);
         assert_eq!(monitor.assess(3.1, Flags::empty(), || 0.0), Flags::NO_ZERO_VELOCITY);
         assert_eq!(monitor.assess(15.1, Flags::empty(), || 0.0).status(), Status::Invalid);
-        monitor.record_updates(15.2, &accepted_zero_velocity());
+        monitor.record_zero_velocity(15.2, Outcome::Accepted);
         assert_eq!(monitor.assess(15.2, Flags::empty(), || 0.0), Flags::LOST);
     }
 

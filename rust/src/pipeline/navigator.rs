@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::aiding::aids::Reading;
+use crate::aiding::Reading;
 use crate::config::Config;
 use crate::detectors::detector::Detector;
 use crate::error::{ConfigError, DataError, Error, NumericalError};
@@ -31,7 +31,6 @@ pub struct Navigator {
 }
 
 /// The stages, compiled for each instruction set.
-#[expect(clippy::large_enum_variant, reason = "all variants are of about the same size")]
 enum Compiled {
     Baseline(Stages<Baseline>),
     #[cfg(target_arch = "x86_64")]

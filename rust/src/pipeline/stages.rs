@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::aiding::aids::{Aids, Reading};
+use crate::aiding::{Aids, Reading};
 use crate::calibration::Calibrator;
 use crate::config::Config;
 use crate::detectors::detector::{Decision, Detector};
@@ -20,7 +20,7 @@ use crate::pipeline::delay_line::{DelayLine, PendingSample};
 use crate::pipeline::fine_levelling::FineLevelling;
 use crate::pipeline::health_monitor::{Counters, Health, HealthMonitor};
 use crate::pipeline::validation::InputValidator;
-use crate::smoother::smoother::Smoother;
+use crate::smoother::Smoother;
 use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
@@ -71,7 +71,7 @@ pub(super) enum Phase<S> {
 
 impl<S: Simd> Phase<S> {
     fn new(config: &Config, strapdown: &Strapdown) -> Self {
-        let aids = Aids::new(config, strapdown.earth_rate);
+        let aids = Aids::new(&config.filter, &config.magnetometer, strapdown);
         Self::Aligning(Alignment::new(config.alignment.clone(), strapdown), aids)
     }
 
@@ -165,7 +165,7 @@ impl<S: Simd> Run<S> {
         Ok(self.post_process(simd, solution))
     }
 
-    /// Passes a solution to the stages after the filter; whether one comes out of them.
+    /// Passes a solution to the stages after the filter; whether there is a new output.
     pub(super) fn post_process(&mut self, simd: S, solution: Solution) -> bool {
         let covariance = self.phase.covariance_if_current();
         if let Some(strides) = &mut self.strides {
@@ -416,7 +416,7 @@ impl<S: Simd> Stages<S> {
         let latest = self.with_latest(|solution| *solution);
         let without = if self.run.failure.is_some() { Flags::LOST } else { Flags::ALIGNING };
         let std = latest.map_or(Vector3::zeros(), |solution| solution.position_std);
-        let updates = self.run.health.updates;
+        let updates = *self.run.phase.aids().counters();
         Health {
             flags: latest.map_or(without, |solution| solution.flags),
             counters: Counters { updates, ..self.run.validator.counters },

@@ -2,16 +2,19 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::config::Config;
 use crate::detectors::detector::Decision;
 use crate::error::Error;
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::initial_covariance::INITIAL_POSITION_STD;
+use crate::filter::setup::FilterSetup;
 use crate::ins::alignment::Aligned;
 use crate::math::simd::Simd;
 use crate::pipeline::aided_ins::{AidedIns, UpdateResult};
 use crate::pipeline::delay_line::PendingSample;
 use crate::pipeline::fine_levelling::FineLevelling;
 use crate::pipeline::stages::{Phase, Stages};
+use crate::smoother::settings::SmootherKind;
 use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
@@ -80,8 +83,11 @@ impl<S: Simd> Stages<S> {
             );
         };
         let (anchor, samples) = alignment.handover(&pending.sample);
-        let filter =
-            ErrorStateFilter::new(self.simd, &self.config, aligned, anchor.time, &self.strapdown);
+        let Config { sensor, alignment: start, filter, smoother, .. } = &self.config;
+        let batches = smoother.kind == SmootherKind::None;
+        let strapdown = &self.strapdown;
+        let setup = FilterSetup { sensor, alignment: start, filter, strapdown, batches };
+        let filter = ErrorStateFilter::new(self.simd, &setup, aligned, anchor.time);
         let ins = AidedIns::new(filter, self.strapdown, aids.clone(), &anchor);
         let fine = self.config.alignment.fine_duration;
         if fine > 0.0 && aligned.at_rest && samples.is_empty() {

@@ -181,7 +181,7 @@ mod tests {
         )
     }
 
-    /// What the documentation of [`Flags`] says of a sample, one reason after the other; none for a
+    /// The flags of a sample by their documentation, one after the other; none for a
     /// sample to refuse.
     fn judged(
         raw: &ImuSample,

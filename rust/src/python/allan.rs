@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::allan::{Curve, averaging_factors};
-use crate::python::matrix;
+use crate::python::conversion::matrix;
 
 /// Channels of a sensor.
 const AXES: usize = 3;
@@ -13,7 +13,7 @@ const AXES: usize = 3;
 /// Averaging times in samples, with the Allan deviation and its degrees of freedom for each axis of
 /// a sensor.
 ///
-/// `progress` hears what share of the work is done; it, and an interrupt from the check_signals,
+/// `progress` is called with the share of the work that is done; it, and an interrupt from the keyboard,
 /// can end it.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "an argument from Python is owned")]

@@ -10,17 +10,18 @@ use crate::detectors::scripted::Scripted;
 use crate::error::Error;
 use crate::pipeline::batch::Batch;
 use crate::python::block::Block;
+use crate::python::conversion::from_json;
 use crate::python::detector::{Failure, PyDetector};
+use crate::python::errors::DataError;
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
 use crate::python::navigator::{columns, health_fields};
-use crate::python::{DataError, from_json};
 
 /// Samples that are copied out of `NumPy`'s memory at once, so that the copy stays near the
 /// processor.
 const PART: usize = 500;
 
-/// A recording on its way through the core; `footnav.track` dresses its columns as a trajectory.
+/// Batch tracking; `footnav.track` makes a trajectory of the columns.
 #[pyclass(frozen, name = "Batch", module = "footnav._core")]
 pub(super) struct PyBatch {
     /// Absent once it was finished.
@@ -83,7 +84,7 @@ impl PyBatch {
     /// Columns of the track, fields of its health, and columns of its strides if the settings ask
     /// for them.
     ///
-    /// `progress` is called now and then; what it raises, and an interrupt from the check_signals,
+    /// `progress` is called now and then; its exception, and an interrupt from the keyboard,
     /// ends the work.
     fn finish<'py>(
         &self,

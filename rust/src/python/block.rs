@@ -1,4 +1,4 @@
-//! Blocks of samples, as `NumPy` hands them over.
+//! Blocks of samples in the memory of `NumPy`.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use numpy::{
 use pyo3::prelude::*;
 
 use crate::error::Error;
-use crate::python::DataError;
+use crate::python::errors::DataError;
 use crate::types::sample::{ImuSample, MagSample};
 
 /// Stamps, specific force and angular rate.
@@ -20,10 +20,9 @@ pub(super) type Columns<'py> =
 /// Samples, and readings of a magnetometer if there is one.
 type Readings = (Vec<ImuSample>, Option<Vec<MagSample>>);
 
-/// The arrays of a block, which are read before anything else can happen to them.
+/// The arrays of a block, read at once.
 ///
-/// So nobody has to be told that they are being read, as with [`Columns`], which takes as long as
-/// two samples.
+/// They need no borrow flags, which take as long as two samples: see [`Columns`].
 pub(super) struct Arrays<'a, 'py> {
     t: &'a Bound<'py, PyArray1<f64>>,
     accel: &'a Bound<'py, PyArray2<f64>>,
@@ -31,10 +30,10 @@ pub(super) struct Arrays<'a, 'py> {
 }
 
 impl<'a, 'py> Arrays<'a, 'py> {
-    /// None if one of them has still to be made an array of numbers of so many dimensions.
+    /// None if one of them needs conversion to an array of numbers of the right dimension.
     ///
-    /// That goes for an instance of a subclass, too, since some entries of a masked array do not
-    /// count, and for a field of packed records, whose numbers lie anywhere.
+    /// So do instances of a subclass, since a masked array may hide entries, and fields of packed
+    /// records, whose numbers are not aligned.
     pub(super) fn of(
         t: &'a Bound<'py, PyAny>,
         accel: &'a Bound<'py, PyAny>,
@@ -53,8 +52,7 @@ impl<'a, 'py> Arrays<'a, 'py> {
     #[expect(unsafe_code, reason = "views of arrays that nobody was told of")]
     pub(super) fn read(&self, mag: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Readings> {
         // SAFETY: the arrays are aligned; the views end with this call, which holds the interpreter
-        // and runs no code of Python, and nothing in this library writes to an array that Python
-        // knows.
+        // and runs no code of Python, and nothing in this library writes to an array of Python.
         let (t, accel, gyro) =
             unsafe { (self.t.as_array(), self.accel.as_array(), self.gyro.as_array()) };
         let block = Block { t, accel, gyro }.checked()?;

@@ -4,7 +4,8 @@ use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::calibration::TriadCalibration;
-use crate::python::{DataError, from_json, matrix, to_json};
+use crate::python::conversion::{from_json, matrix, to_json};
+use crate::python::errors::DataError;
 
 /// The corrected readings of one sensor, shape (n, 3).
 #[pyfunction]

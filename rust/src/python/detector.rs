@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use pyo3::prelude::*;
 
 use crate::detectors::detector::{Decision, Detector};
-use crate::python::ConfigError;
+use crate::python::errors::ConfigError;
 use crate::types::sample::ImuSample;
 
 /// Most samples that a detector may be late by; they all wait in memory.

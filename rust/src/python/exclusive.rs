@@ -4,10 +4,10 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use pyo3::prelude::*;
 
-use crate::python::BusyError;
+use crate::python::errors::BusyError;
 
-/// What only one call at a time may work on; another one is told so instead of waiting, since the
-/// state that it would find depends on who comes first.
+/// A value for one call at a time; a second call raises instead of waiting, since the state that it
+/// would find depends on the order of the calls.
 ///
 /// Boxed, because Python aligns its objects to 16 bytes and the covariance wants 32.
 pub(super) struct Exclusive<T>(Mutex<Box<T>>);

@@ -5,9 +5,10 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::gait;
+use crate::gait::stance::stances as find_stances;
 use crate::gait::stride::Stride;
-use crate::python::matrix;
+use crate::gait::strides::strides as find_strides;
+use crate::python::conversion::matrix;
 use crate::types::nav_state::NavState;
 
 /// The strides of a track, given its columns, which the caller has checked; without covariance.
@@ -30,7 +31,7 @@ pub(super) fn strides<'py>(
         ),
     };
     let rests = zero_velocity.as_array();
-    columns(py, &gait::strides((0..t.len()).map(|k| (state(k), rests[k]))))
+    columns(py, &find_strides((0..t.len()).map(|k| (state(k), rests[k]))))
 }
 
 /// First and last row of each stance.
@@ -42,7 +43,7 @@ pub(super) fn stances<'py>(
     zero_velocity: PyReadonlyArray1<'py, bool>,
 ) -> (Bound<'py, PyArray1<isize>>, Bound<'py, PyArray1<isize>>) {
     let (t, rests) = (t.as_array(), zero_velocity.as_array());
-    let stances = gait::stances(t.iter().copied().zip(rests.iter().copied()));
+    let stances = find_stances(t.iter().copied().zip(rests.iter().copied()));
     let rows = |row: fn(&std::ops::RangeInclusive<usize>) -> usize| {
         PyArray1::from_iter(py, stances.iter().map(|stance| row(stance).cast_signed()))
     };

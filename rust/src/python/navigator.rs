@@ -11,10 +11,10 @@ use crate::filter::error_state::STATES;
 use crate::pipeline::health_monitor::Health;
 use crate::pipeline::navigator::Navigator;
 use crate::python::block::Arrays;
+use crate::python::conversion::{from_json, matrix};
 use crate::python::detector::{Failure, PyDetector};
 use crate::python::exclusive::Exclusive;
 use crate::python::gait::columns_with_covariance;
-use crate::python::{from_json, matrix};
 use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::sample::ImuSample;
@@ -25,7 +25,7 @@ use crate::types::trajectory::Trajectory;
 /// takes as long as a sample.
 const SHORT: usize = 100;
 
-/// The solutions that came out, and the health that they came out in; a column becomes an array
+/// New solutions, with the health after them; a column becomes an array
 /// when it is asked for.
 #[pyclass(frozen, name = "Columns", module = "footnav._core")]
 pub(super) struct PyColumns {

@@ -8,8 +8,8 @@ use crate::config::Config;
 use crate::ins::rest::{BlockState, RestDetector, RestLimits};
 use crate::ins::sample_statistics::SampleStatistics;
 use crate::python::block::Block;
+use crate::python::conversion::{from_json, matrix};
 use crate::python::exclusive::Exclusive;
-use crate::python::{from_json, matrix};
 use crate::types::sample::ImuSample;
 
 /// The fields of `footnav.rest_detection.RestLimits`.

@@ -7,7 +7,8 @@ use pyo3::types::PyDict;
 use serde::Deserialize;
 
 use crate::python::block::Block;
-use crate::python::{ConfigError, check_signals, from_json, matrix, to_json};
+use crate::python::conversion::{check_signals, from_json, matrix, to_json};
+use crate::python::errors::ConfigError;
 use crate::simulation::{Gait, Route, SensorErrors, SimulationSettings, Walk};
 
 /// All that a simulation needs.
@@ -113,7 +114,7 @@ pub(super) fn route(shape: &str, sizes: Vec<f64>) -> PyResult<String> {
     to_json(&route)
 }
 
-/// A whole number that came as a float.
+/// An integer that is given as a float.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use crate::config::Config;
 use crate::pipeline::validation::InputValidator;
 use crate::python::block::Block;
-use crate::python::from_json;
+use crate::python::conversion::from_json;
 
 /// Flags of every sample, as bits of `footnav.health.Flag`: a gap before it, clipping.
 ///

@@ -1,4 +1,4 @@
-//! What later samples tell of the errors at one instant, propagated backward.
+//! The information of later samples on the errors at one instant, propagated backward.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -16,11 +16,11 @@ use crate::types::solution::Solution;
 /// from the steps.
 pub(crate) const WINDOW: usize = 64;
 
-/// The steps that led from each solution of a stretch of the walk to the next.
+/// The operations of the filter between the solutions of a segment.
 #[derive(Debug, Default)]
 pub(crate) struct Segment {
     steps: Vec<Step>,
-    /// How many steps had been taken by each solution.
+    /// Number of operations before each solution.
     rows: Vec<usize>,
     /// Covariance of the errors of the first solution of each window.
     checkpoints: Vec<Covariance>,
@@ -28,7 +28,7 @@ pub(crate) struct Segment {
     later: BackwardState,
 }
 
-/// One step of the filter.
+/// One operation of the filter.
 #[derive(Debug)]
 enum Step {
     Transition(Transition, Noise),
@@ -38,7 +38,7 @@ enum Step {
     ResetBlock(Block, Vector3<f64>),
 }
 
-/// What the forward pass knew in one window, found again.
+/// The forward pass over one window, repeated.
 #[derive(Debug, Default)]
 struct Window {
     /// Of the errors of each solution.
@@ -74,7 +74,7 @@ impl FilterRecorder for Segment {
 }
 
 impl Segment {
-    /// With room for the steps of this many solutions.
+    /// With memory for the operations of this many solutions.
     pub(crate) fn with_capacity(solutions: usize) -> Self {
         let mut segment = Self::default();
         segment.reserve(solutions);
@@ -91,7 +91,7 @@ impl Segment {
         self.checkpoints.reserve(solutions.div_ceil(WINDOW));
     }
 
-    /// The steps since the last solution led to one whose errors have this covariance.
+    /// Ends the operations of a solution, whose errors have this covariance.
     #[inline]
     pub(crate) fn push(&mut self, covariance: &Covariance) {
         if self.rows.is_empty() {
@@ -217,7 +217,7 @@ mod tests {
     }
 
     impl Move {
-        /// The same in less time, so that many of them stay within what the linear model can tell.
+        /// The same in less time, so that many of them stay within the linear range.
         fn in_a_few_milliseconds(mut self) -> Self {
             self.step.dt = 0.005;
             self

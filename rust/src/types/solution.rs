@@ -23,8 +23,8 @@ pub struct Solution {
     pub estimate: Estimate,
     /// One-sigma position uncertainty in n, m.
     pub position_std: Vector3<f64>,
-    /// Whether the detector took the foot to be at rest on the ground.
+    /// Whether the foot is in stance.
     pub zero_velocity: bool,
-    /// What speaks against this solution.
+    /// Quality flags.
     pub flags: Flags,
 }

@@ -1,4 +1,4 @@
-//! Solutions, column by column.
+//! Solutions as columns.
 
 use nalgebra::UnitQuaternion;
 
@@ -6,86 +6,98 @@ use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
 use crate::types::solution::Solution;
 
-/// A run of solutions, one row per sample.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trajectory {
+/// Number of rows that are buffered before they are appended to the columns.
+const BUFFERED_ROWS: usize = 64;
+
+/// Defines the columns once: for each its documentation, name, type, and how a row follows from a
+/// solution.
+macro_rules! columns {
+    ($($(#[$doc:meta])* $name:ident: $kind:ty = $row:expr, $empty:expr;)+) => {
+        /// Solutions as columns, one row per sample.
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct Trajectory {
+            $($(#[$doc])* pub $name: Vec<$kind>,)+
+        }
+
+        impl Trajectory {
+            /// An empty trajectory with memory for `rows`.
+            #[must_use]
+            pub fn with_capacity(rows: usize) -> Self {
+                Self { $($name: Vec::with_capacity(rows),)+ }
+            }
+
+            /// Reserves memory for more rows.
+            pub(crate) fn reserve(&mut self, rows: usize) {
+                $(self.$name.reserve(rows);)+
+            }
+
+            /// Appends one solution.
+            pub fn push(&mut self, solution: &Solution) {
+                $(self.$name.push($row(solution));)+
+            }
+
+            /// Appends the rows of another trajectory.
+            pub fn append(&mut self, mut other: Self) {
+                $(self.$name.append(&mut other.$name);)+
+            }
+        }
+
+        /// Buffers rows, so that the columns grow once for many rows.
+        #[derive(Clone, Debug)]
+        pub(crate) struct RowBuffer {
+            rows: usize,
+            $($name: [$kind; BUFFERED_ROWS],)+
+        }
+
+        impl Default for RowBuffer {
+            fn default() -> Self {
+                Self { rows: 0, $($name: [$empty; BUFFERED_ROWS],)+ }
+            }
+        }
+
+        impl RowBuffer {
+            /// Takes one solution; a full buffer is appended to the trajectory.
+            #[inline]
+            pub(crate) fn push(&mut self, solution: &Solution, trajectory: &mut Trajectory) {
+                let at = self.rows % BUFFERED_ROWS;
+                $(self.$name[at] = $row(solution);)+
+                self.rows = at + 1;
+                if self.rows == BUFFERED_ROWS {
+                    self.flush(trajectory);
+                }
+            }
+
+            /// Appends the buffered rows to a trajectory.
+            pub(crate) fn flush(&mut self, trajectory: &mut Trajectory) {
+                let rows = std::mem::take(&mut self.rows);
+                $(trajectory.$name.extend_from_slice(&self.$name[..rows]);)+
+            }
+        }
+    };
+}
+
+columns! {
     /// Stamps, s.
-    pub time: Vec<f64>,
+    time: f64 = |s: &Solution| s.estimate.nav.time, 0.0;
     /// Position in n, m.
-    pub position: Vec<[f64; 3]>,
+    position: [f64; 3] = |s: &Solution| s.estimate.nav.position.into(), [0.0; 3];
     /// Velocity in n, m/s.
-    pub velocity: Vec<[f64; 3]>,
+    velocity: [f64; 3] = |s: &Solution| s.estimate.nav.velocity.into(), [0.0; 3];
     /// Rotation from the sensor frame to n, scalar last.
-    pub quaternion: Vec<[f64; 4]>,
-    /// Whether the foot was at rest on the ground.
-    pub zero_velocity: Vec<bool>,
+    quaternion: [f64; 4] = |s: &Solution| s.estimate.nav.attitude.coords.into(), [0.0; 4];
+    /// Whether the foot is in stance.
+    zero_velocity: bool = |s: &Solution| s.zero_velocity, false;
     /// One-sigma position uncertainty in n, m.
-    pub position_std: Vec<[f64; 3]>,
+    position_std: [f64; 3] = |s: &Solution| s.position_std.into(), [0.0; 3];
     /// Gyroscope bias, rad/s.
-    pub gyro_bias: Vec<[f64; 3]>,
+    gyro_bias: [f64; 3] = |s: &Solution| s.estimate.gyro_bias.into(), [0.0; 3];
     /// Accelerometer bias, m/s².
-    pub accel_bias: Vec<[f64; 3]>,
-    /// What speaks against each row.
-    pub flags: Vec<Flags>,
+    accel_bias: [f64; 3] = |s: &Solution| s.estimate.accel_bias.into(), [0.0; 3];
+    /// Quality flags.
+    flags: Flags = |s: &Solution| s.flags, Flags::empty();
 }
 
 impl Trajectory {
-    /// An empty trajectory with room for `rows`.
-    #[must_use]
-    pub fn with_capacity(rows: usize) -> Self {
-        Self {
-            time: Vec::with_capacity(rows),
-            position: Vec::with_capacity(rows),
-            velocity: Vec::with_capacity(rows),
-            quaternion: Vec::with_capacity(rows),
-            zero_velocity: Vec::with_capacity(rows),
-            position_std: Vec::with_capacity(rows),
-            gyro_bias: Vec::with_capacity(rows),
-            accel_bias: Vec::with_capacity(rows),
-            flags: Vec::with_capacity(rows),
-        }
-    }
-
-    /// Makes room for more rows.
-    pub(crate) fn reserve(&mut self, rows: usize) {
-        self.time.reserve(rows);
-        self.position.reserve(rows);
-        self.velocity.reserve(rows);
-        self.quaternion.reserve(rows);
-        self.zero_velocity.reserve(rows);
-        self.position_std.reserve(rows);
-        self.gyro_bias.reserve(rows);
-        self.accel_bias.reserve(rows);
-        self.flags.reserve(rows);
-    }
-
-    /// Appends one solution.
-    pub fn push(&mut self, solution: &Solution) {
-        let estimate = &solution.estimate;
-        self.time.push(estimate.nav.time);
-        self.position.push(estimate.nav.position.into());
-        self.velocity.push(estimate.nav.velocity.into());
-        self.quaternion.push(estimate.nav.attitude.coords.into());
-        self.zero_velocity.push(solution.zero_velocity);
-        self.position_std.push(solution.position_std.into());
-        self.gyro_bias.push(estimate.gyro_bias.into());
-        self.accel_bias.push(estimate.accel_bias.into());
-        self.flags.push(solution.flags);
-    }
-
-    /// Appends the rows of another trajectory.
-    pub fn append(&mut self, mut other: Self) {
-        self.time.append(&mut other.time);
-        self.position.append(&mut other.position);
-        self.velocity.append(&mut other.velocity);
-        self.quaternion.append(&mut other.quaternion);
-        self.zero_velocity.append(&mut other.zero_velocity);
-        self.position_std.append(&mut other.position_std);
-        self.gyro_bias.append(&mut other.gyro_bias);
-        self.accel_bias.append(&mut other.accel_bias);
-        self.flags.append(&mut other.flags);
-    }
-
     /// The state in a row.
     pub(crate) fn state(&self, row: usize) -> NavState {
         NavState {
@@ -113,6 +125,47 @@ impl Extend<Solution> for Trajectory {
     fn extend<T: IntoIterator<Item = Solution>>(&mut self, solutions: T) {
         for solution in solutions {
             self.push(&solution);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+    use crate::types::solution::Estimate;
+
+    /// A solution of which no two numbers are the same.
+    fn solution(row: u16) -> Solution {
+        let number = f64::from(row);
+        let vector = |k: f64| Vector3::new(number + k, number - k, number * k);
+        let nav = NavState {
+            time: number,
+            position: vector(0.1),
+            velocity: vector(0.2),
+            attitude: UnitQuaternion::from_scaled_axis(vector(0.3)),
+        };
+        Solution {
+            estimate: Estimate { nav, gyro_bias: vector(0.4), accel_bias: vector(0.5) },
+            position_std: vector(0.6),
+            zero_velocity: row.is_multiple_of(3),
+            flags: Flags::from_bits_truncate(row),
+        }
+    }
+
+    #[test]
+    fn buffered_rows_equal_rows_pushed_one_by_one() {
+        for rows in [0, 1, 63, 64, 65, 200] {
+            let (mut buffer, mut buffered, mut one_by_one) =
+                (RowBuffer::default(), Trajectory::default(), Trajectory::default());
+            for solution in (0..rows).map(solution) {
+                buffer.push(&solution, &mut buffered);
+                one_by_one.push(&solution);
+                assert_eq!(buffered.len() + buffer.rows, one_by_one.len());
+            }
+            buffer.flush(&mut buffered);
+            assert_eq!((buffered, buffer.rows), (one_by_one, 0));
         }
     }
 }

@@ -1,4 +1,4 @@
-"""Calibration: simulated sensors with known errors get them back, and what cannot be calibrated is refused."""
+"""Calibration recovers the errors of simulated sensors, and rejects unsuitable recordings."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from calibration_recordings import (
     true_matrices,
     warmed,
 )
-from footnav import ConfigError, DataError, Recording, SensorErrors, TriadErrors
+from footnav import ConfigError, DataError, Recording
 from footnav.calibration import (
     SensorCalibration,
     TemperatureModel,
@@ -32,6 +32,7 @@ from footnav.calibration import (
 from footnav.calibration.static import find_rests
 from footnav.config import IDENTITY
 from footnav.mpu6050 import Setup
+from footnav.simulation import SensorErrors, TriadErrors
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +62,7 @@ def test_an_ideal_sensor_needs_no_correction():
         np.testing.assert_allclose(triad.bias, 0.0, atol=1e-9)
 
 
-def test_without_noise_the_errors_come_back_exactly():
+def test_without_noise_the_errors_are_recovered_exactly():
     sensor = known_sensor(3, noise=0.0)
     found = calibrate_accel(quick_poses(sensor))
     accel, gyro = true_matrices(sensor)
@@ -73,8 +74,12 @@ def test_without_noise_the_errors_come_back_exactly():
     np.testing.assert_allclose(found.gyro.matrix, gyro, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_errors_lie_within_three_of_their_sigmas():
-    """Of 100 runs 95 should have all 21 numbers inside; fewer than 6 of 8 would come about once in 1000."""
+    """Of 100 runs 95 should have all 21 numbers inside.
+
+    Fewer than 6 of 8 would come about once in 1000.
+    """
     inside = 0
     for seed in range(8):
         sensor = known_sensor(seed)
@@ -114,14 +119,18 @@ def test_an_outlier_among_the_poses_does_not_spoil_the_fit():
     np.testing.assert_allclose(np.diag(found.matrix), np.diag(true_matrices(sensor)[0]), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_calibrated_walks_close_five_times_better():
-    """In the mean of four sensors: where the errors of one happen to cancel around the square, less is gained."""
+    """In the mean of four sensors.
+
+    Where the errors of one happen to cancel around the square, less is gained.
+    """
     config = footnav.Config.preset("mpu6050")
     errors = []
     for seed in range(1, 5):
         sensor = known_sensor(seed)
         found = calibrate_accel(quick_poses(sensor, seed))
-        raw, truth = footnav.simulate(footnav.Route.square(6.0), "walk", sensor, seed)
+        raw, truth = footnav.simulate(footnav.simulation.Route.square(6.0), "walk", sensor, seed)
         tracks = (footnav.track(recording, config) for recording in (raw, found.apply(raw)))
         errors.append([footnav.evaluate(track, truth).closing_error.spatial for track in tracks])
     before, after = np.mean(errors, axis=0)
@@ -234,7 +243,7 @@ def test_recordings_at_two_ranges_are_refused(poses):
         calibrate_accel([poses, other])
 
 
-def test_registers_at_odds_with_the_recording_are_refused(poses):
+def test_registers_inconsistent_with_the_recording_are_refused(poses):
     with pytest.raises(
         ConfigError,
         match=r"accel_range of the recording is 78.45, that of the given registers 156.9",
@@ -282,7 +291,7 @@ def test_six_positions_and_full_turns_give_the_errors_back():
     np.testing.assert_allclose(found.gyro.bias, sensor.gyro.bias, atol=1e-12)
 
 
-def test_six_positions_without_turns_say_so():
+def test_six_positions_without_turns_are_noted():
     found = calibrate_six_position(quick_poses(known_sensor(6), poses=SIX_SIDES))
     assert found.gyro.note.startswith("bias only: turns of 360 deg about each axis")
     assert found.gyro.matrix_std is None
@@ -301,7 +310,7 @@ def test_offsets_are_recognized_in_six_positions():
         calibrate_six_position(offset)
 
 
-def test_the_answer_is_that_of_imucal():
+def test_the_result_is_that_of_imucal():
     imucal = pytest.importorskip("imucal")
     pandas = pytest.importorskip("pandas")
     sensor = known_sensor(7)
@@ -412,7 +421,7 @@ SCALE = np.array([[3e-4, -2e-4, 1e-4], [0.0, 2e-6, 1e-6]])
 GYRO_BIAS = np.array([[2e-4, -3e-4, 1e-4], [1e-6, 0.0, -2e-6]])
 
 
-def test_opposite_poses_tell_bias_and_scale_over_temperature():
+def test_opposite_poses_separate_bias_and_scale_over_temperature():
     recordings = [
         warmed([pose], WARMING, BIAS, SCALE, GYRO_BIAS, k) for k, pose in enumerate(SIX_SIDES)
     ]
@@ -432,7 +441,7 @@ def test_opposite_poses_tell_bias_and_scale_over_temperature():
     assert np.abs(corrected.gyro.reshape(10, -1, 3).mean(axis=1)).max() < 2e-4
 
 
-def test_one_pose_gives_the_change_of_the_bias_alone():
+def test_one_pose_gives_the_change_of_the_bias_only():
     recording = warmed([[0, 0, 1]], WARMING, BIAS, 0 * SCALE, GYRO_BIAS)
     found = calibrate_temperature(recording, order=2)
     assert found.accel.thermal.scale == ()
@@ -444,7 +453,10 @@ def test_one_pose_gives_the_change_of_the_bias_alone():
 def test_a_temperature_outside_the_span_is_refused_with_both_numbers():
     recording = warmed([[0, 0, 1]], WARMING, BIAS, SCALE, GYRO_BIAS)
     found = calibrate_temperature(recording)
-    text = r"hot.csv: gyroscope: sample 0: the temperature is 60.0 degC, but the calibration holds from 8.6 to 40.6"
+    text = (
+        r"hot.csv: gyroscope: sample 0: the temperature is 60.0 degC, but the calibration holds "
+        r"from 8.6 to 40.6"
+    )
     with pytest.raises(DataError, match=text):
         found.replace(accel=None).apply(
             replace(recording, name="hot.csv", temperature=np.full(3000, 60.0))
@@ -484,7 +496,7 @@ def test_a_calibration_that_follows_the_temperature_needs_one():
         ({}, {"order": 4}, ConfigError, "order is 4; expected 1 to 3"),
     ],
 )
-def test_what_tells_nothing_of_the_temperature_is_refused(changes, options, error, text):
+def test_recordings_without_a_span_of_temperature_are_refused(changes, options, error, text):
     recording = replace(warmed([[0, 0, 1]], WARMING, BIAS, SCALE, GYRO_BIAS), **changes)
     with pytest.raises(error, match=text):
         calibrate_temperature(recording, **options)
@@ -517,12 +529,13 @@ SOFT = np.array([[1.1, 0.05, -0.02], [0.05, 0.95, 0.03], [-0.02, 0.03, 1.0]])
 HARD = (20e-6, -35e-6, 10e-6)
 
 
-def test_hard_and_soft_iron_come_back():
+def test_hard_and_soft_iron_are_recovered():
     found = calibrate_mag(magnetic(SOFT, HARD), field=50e-6).mag
     np.testing.assert_allclose(found.matrix, SOFT, atol=1e-9)
     np.testing.assert_allclose(found.bias, HARD, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_corrected_magnetometer_reads_one_strength():
     recording = magnetic(SOFT, HARD, noise=2e-7)
     corrected = calibrate_mag(recording).apply(recording)
@@ -531,13 +544,14 @@ def test_a_corrected_magnetometer_reads_one_strength():
     assert (np.abs(np.subtract(calibrate_mag(recording, field=50e-6).mag.bias, HARD)) < 1e-7).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("recording", "text"),
     [
         (resting(), "rest.csv has no magnetometer"),
         (
             magnetic(keep=lambda d: d[d[:, 2] > 0.0]),
-            r"around.csv: the directions cover too little: .* never came from -z",
+            r"around.csv: the directions cover too little: .* never pointed along -z",
         ),
         (
             magnetic(noise=1.5e-5),
@@ -550,7 +564,7 @@ def test_a_corrected_magnetometer_reads_one_strength():
     ],
     ids=["none", "half", "disturbed", "line"],
 )
-def test_what_cannot_calibrate_a_magnetometer_is_refused(recording, text):
+def test_unusable_magnetometer_recordings_are_refused(recording, text):
     with pytest.raises(DataError, match=text):
         calibrate_mag(recording)
 
@@ -558,8 +572,10 @@ def test_what_cannot_calibrate_a_magnetometer_is_refused(recording, text):
 # Applying
 
 
-def test_applying_is_what_the_navigator_does_itself(calibration):
-    raw, _ = footnav.simulate(footnav.Route.straight(4.0), sensor=known_sensor(1), seed=1)
+def test_applying_equals_the_calibration_of_the_navigator(calibration):
+    raw, _ = footnav.simulate(
+        footnav.simulation.Route.straight(4.0), sensor=known_sensor(1), seed=1
+    )
     config = footnav.Config.preset("mpu6050")
     outside = footnav.track(calibration.apply(raw), config)
     inside = footnav.track(raw, config.replace(calibration=calibration.config()))
@@ -632,14 +648,14 @@ def test_correcting_undoes_the_errors_at_every_temperature(matrix, bias, slope, 
         ({"rest": -1.0}, "rest is -1.0; expected a positive number"),
     ],
 )
-def test_poses_that_make_no_sense_are_refused(options, text):
+def test_poses_that_are_impossible_are_refused(options, text):
     with pytest.raises(ConfigError, match=text):
         simulate_poses(**options)
 
 
 def test_the_same_seed_is_the_same_sensor_as_of_a_walk():
     errors = MPU6050.replace(accel=MPU6050.accel.replace(noise_density=0.0, bias_walk=0.0))
-    walk, truth = footnav.simulate(footnav.Route.straight(2.0), sensor=errors, seed=4)
+    walk, truth = footnav.simulate(footnav.simulation.Route.straight(2.0), sensor=errors, seed=4)
     still = simulate_poses([[0, 0, 1]], errors, 4, initial=2.0)
     start = walk.accel[:100].mean(axis=0)
     assert np.linalg.norm(start) == pytest.approx(

@@ -1,4 +1,7 @@
-"""Files of a calibration: its own TOML, Kalibr's imu.yaml, imucal's JSON, and the registers of an MPU6050."""
+"""Files of a calibration.
+
+Its own TOML, Kalibr's imu.yaml, imucal's JSON, and the registers of an MPU6050.
+"""
 
 import json
 
@@ -9,7 +12,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footnav import ConfigError, FootnavWarning, Sensor
+from footnav import ConfigError, FootnavWarning
 from footnav import mpu6050 as chip
 from footnav.calibration import (
     SensorCalibration,
@@ -22,6 +25,7 @@ from footnav.calibration import (
     read_calibration,
     save_kalibr,
 )
+from footnav.config import Sensor
 from footnav.mpu6050 import Setup
 
 LOWER = ((1.02, 0.0, 0.0), (0.01, 0.97, 0.0), (-0.02, 0.03, 1.01))
@@ -48,7 +52,7 @@ WHOLE = SensorCalibration(
 # TOML
 
 
-def test_a_calibration_survives_its_file(tmp_path):
+def test_a_calibration_round_trips_through_its_file(tmp_path):
     path = tmp_path / "shoe.toml"
     WHOLE.save(path)
     assert load_calibration(path) == WHOLE
@@ -80,7 +84,7 @@ def written(tmp_path, text):
         ("device =", r"shoe.toml: not a TOML file"),
     ],
 )
-def test_a_file_that_makes_no_sense_is_refused_by_name(tmp_path, text, message):
+def test_a_file_that_is_impossible_is_refused_by_name(tmp_path, text, message):
     with pytest.raises(ConfigError, match=message):
         load_calibration(written(tmp_path, text))
 
@@ -156,7 +160,7 @@ def test_noise_figures_are_those_of_kalibr(tmp_path):
     assert load_kalibr(write_yaml(tmp_path, {"imu0": KALIBR})).sensor == expected
 
 
-def test_what_goes_out_to_kalibr_comes_back(tmp_path):
+def test_kalibr_round_trip(tmp_path):
     path = tmp_path / "imu.yaml"
     save_kalibr(path, Sensor(), 100.0, WHOLE, "/foot")
     imu = load_kalibr(path)
@@ -216,12 +220,12 @@ def test_sensitivity_to_acceleration_is_left_out_with_a_warning(tmp_path):
         ),
     ],
 )
-def test_what_is_no_kalibr_file_is_refused(tmp_path, content, message):
+def test_other_files_than_kalibrs_are_refused(tmp_path, content, message):
     with pytest.raises(ConfigError, match=message):
         load_kalibr(write_yaml(tmp_path, content))
 
 
-def test_what_is_no_yaml_is_refused(tmp_path):
+def test_invalid_yaml_is_refused(tmp_path):
     path = tmp_path / "imu.yaml"
     path.write_text("a: [1,\nb")
     with pytest.raises(ConfigError, match=r"imu.yaml: not a YAML file"):
@@ -260,7 +264,7 @@ def write_json(tmp_path, content):
     return path
 
 
-def test_the_suffix_tells_the_format(tmp_path):
+def test_the_suffix_selects_the_format(tmp_path):
     """Each as its own reader reads it."""
     calibration = load_imucal(write_json(tmp_path, imucal_content()))
     calibration.save(tmp_path / "shoe.toml")
@@ -270,7 +274,7 @@ def test_the_suffix_tells_the_format(tmp_path):
     assert read_calibration(tmp_path / "imu.yaml") == load_kalibr(tmp_path / "imu.yaml").calibration
 
 
-def test_what_holds_no_calibration_is_refused(tmp_path):
+def test_files_without_a_calibration_are_refused(tmp_path):
     with pytest.raises(
         ConfigError, match=r"imu.yaml: holds noise figures, but no scale or misalignment"
     ):
@@ -282,7 +286,7 @@ def test_what_holds_no_calibration_is_refused(tmp_path):
         read_calibration(tmp_path / "shoe.txt")
 
 
-def test_imucal_comes_in_si_units(tmp_path):
+def test_imucal_is_converted_to_si_units(tmp_path):
     found = load_imucal(write_json(tmp_path, imucal_content()))
     np.testing.assert_allclose(found.accel.matrix, np.diag([1 / 1.02, 1.0, 1.0]))
     np.testing.assert_allclose(found.gyro.matrix, np.diag([1.0, 1 / 0.99, 1.0]))
@@ -322,12 +326,12 @@ def test_imucal_sensitivity_to_acceleration_is_left_out_with_a_warning(tmp_path)
         ({"K_a": np.zeros((3, 3)).tolist()}, r"cal.json: K_a times R_a cannot be inverted"),
     ],
 )
-def test_what_is_no_imucal_file_is_refused(tmp_path, changes, message):
+def test_other_files_than_imucals_are_refused(tmp_path, changes, message):
     with pytest.raises(ConfigError, match=message):
         load_imucal(write_json(tmp_path, imucal_content(**changes)))
 
 
-def test_what_is_no_json_is_refused(tmp_path):
+def test_invalid_json_is_refused(tmp_path):
     path = tmp_path / "cal.json"
     path.write_text("{")
     with pytest.raises(ConfigError, match=r"cal.json: not a JSON file"):
@@ -370,7 +374,7 @@ def test_sensitivities_are_those_of_the_data_sheet():
         ),
     ],
 )
-def test_what_the_chip_does_not_have_is_refused(call, message):
+def test_settings_that_the_chip_lacks_are_refused(call, message):
     with pytest.raises(ConfigError, match=message):
         call()
 
@@ -392,7 +396,7 @@ def test_the_temperature_of_the_die():
     )
 
 
-def test_the_factory_trim_is_decoded_as_the_register_map_says():
+def test_the_factory_trim_is_decoded_as_in_the_register_map():
     """Accelerometer x is 10110 (upper bits in register 13, lower ones in 16), gyroscope x 00001."""
     accel, gyro = mpu6050.factory_trim([0b101_00001, 0b001_11111, 0, 0b00_10_01_00])
     assert accel[0] == pytest.approx(4096 * 0.34 * (0.92 / 0.34) ** (21 / 30))
@@ -424,7 +428,7 @@ def test_a_wrong_range_shows_at_rest(in_g):
 
 
 @pytest.mark.parametrize("in_g", [0.0, 0.9, 1.1, 1.4, 2.8, 32.0])
-def test_what_no_range_explains_is_left_alone(in_g):
+def test_a_level_that_no_range_explains_has_no_message(in_g):
     assert mpu6050.explain_rest(in_g * 9.80665) is None
 
 

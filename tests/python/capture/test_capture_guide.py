@@ -12,18 +12,18 @@ SIX = ("+z", "-z", "+x", "-x", "+y", "-y")
 QUICK = Plan(settle=5, hold=2, tilts=3)
 
 
-def lead(poses, plan: Plan = QUICK, size: int = 7, **motion) -> tuple[Guide, list[str]]:
-    """Go through poses; return the guide and its remarks."""
+def guide_through(poses, plan: Plan = QUICK, size: int = 7, **motion) -> tuple[Guide, list[str]]:
+    """Go through poses; return the guide and its messages."""
     guide = Guide(plan)
     return guide, [
-        remark for block in blocks(counts(poses, **motion), size) for remark in guide.feed(block)
+        message for block in blocks(counts(poses, **motion), size) for message in guide.feed(block)
     ]
 
 
-def test_all_poses_lead_to_the_end():
+def test_all_poses_complete_the_guide():
     poses = [("+z", 6.0), *[(side, 3.0) for side in SIX[1:]], *[(tilt, 3.0) for tilt in tilts(3)]]
-    guide, remarks = lead(poses)
-    assert remarks == [f"Done: {side} up." for side in SIX] + [
+    guide, messages = guide_through(poses)
+    assert messages == [f"Done: {side} up." for side in SIX] + [
         f"Done: tilt {k}." for k in (1, 2, 3)
     ]
     assert (guide.stage, guide.progress, guide.sides, guide.tilts) == (Stage.DONE, 1.0, SIX, 3)
@@ -36,17 +36,17 @@ def test_the_usual_plan_can_be_followed():
         *[(side, 4.0) for side in SIX if side != "-y"],
         *[(tilt, 4.0) for tilt in tilts(12)],
     ]
-    guide, remarks = lead(poses, Plan())
+    guide, messages = guide_through(poses, Plan())
     assert guide.stage is Stage.DONE
-    assert len(remarks) == 18
+    assert len(messages) == 18
 
 
 @pytest.mark.parametrize("size", [1, 3, 40, 5000])
 def test_blocks_of_any_size_give_the_same(size):
     poses = [("+z", 6.0), ("+x", 1.0), ("+y", 3.0), ("+z", 3.0), ("-x", 3.0)]
-    guide, remarks = lead(poses, size=size)
-    reference, expected = lead(poses)
-    assert remarks == expected
+    guide, messages = guide_through(poses, size=size)
+    reference, expected = guide_through(poses)
+    assert messages == expected
     assert (guide.stage, guide.sides, guide.held) == (
         reference.stage,
         reference.sides,
@@ -54,24 +54,24 @@ def test_blocks_of_any_size_give_the_same(size):
     )
 
 
-def test_what_to_do_is_said_in_every_stage():
-    guide, _ = lead([("+z", 2.0)])
+def test_every_stage_has_an_instruction():
+    guide, _ = guide_through([("+z", 2.0)])
     assert guide.stage is Stage.SETTLE
     assert guide.instruction.startswith(
-        "Lay the sensor on a firm table, one side flat, and leave it alone for 5 s"
+        "Place the sensor on a firm table, one side flat, and do not touch it for 5 s"
     )
-    guide, _ = lead([("+z", 6.0)])
+    guide, _ = guide_through([("+z", 6.0)])
     assert guide.stage is Stage.PLACE
-    assert guide.instruction == "Turn it until +x points up (to come: +x, -x, +y, -y, -z)."
-    guide, _ = lead([("+z", 6.0), ("-y", 1.5)])
+    assert guide.instruction == "Turn it until +x points up (remaining: +x, -x, +y, -y, -z)."
+    guide, _ = guide_through([("+z", 6.0), ("-y", 1.5)])
     assert guide.stage is Stage.HOLD
     assert guide.up == "-y"
-    assert guide.instruction == "Leave it alone: -y up."
-    guide, _ = lead([("+z", 6.0), *[(side, 3.0) for side in SIX[1:]]])
-    assert guide.instruction == "Lean it at an angle that it did not have before: tilt 1 of 3."
+    assert guide.instruction == "Do not touch it: -y up."
+    guide, _ = guide_through([("+z", 6.0), *[(side, 3.0) for side in SIX[1:]]])
+    assert guide.instruction == "Tilt it to a new angle: tilt 1 of 3."
 
 
-def test_progress_never_falls_but_where_a_pose_is_lost():
+def test_progress_falls_only_when_a_pose_is_interrupted():
     guide = Guide(QUICK)
     poses = [("+z", 6.0), *[(side, 3.0) for side in SIX[1:]], *[(tilt, 3.0) for tilt in tilts(3)]]
     shares = [guide.progress for block in blocks(counts(poses)) if guide.feed(block) is not None]
@@ -80,34 +80,34 @@ def test_progress_never_falls_but_where_a_pose_is_lost():
 
 
 def test_moved_too_early():
-    guide, remarks = lead([("+z", 6.0), ("+x", 1.3), ("-x", 3.0)])
-    assert remarks[0] == "Done: +z up."
-    assert remarks[1].startswith("Moved too early: 1.")
-    assert remarks[1].endswith(" s of 2 s.  Once more.")
-    assert remarks[2:] == ["Done: -x up."]
+    guide, messages = guide_through([("+z", 6.0), ("+x", 1.3), ("-x", 3.0)])
+    assert messages[0] == "Done: +z up."
+    assert messages[1].startswith("Moved too early: 1.")
+    assert messages[1].endswith(" s of 2 s.  Repeat the pose.")
+    assert messages[2:] == ["Done: -x up."]
     assert guide.missing_sides == ("+x", "+y", "-y", "-z")
 
 
-def test_the_quiet_start_begins_anew_when_it_is_disturbed():
-    guide, remarks = lead([("+z", 3.0), ("+z", 3.0)])
-    assert remarks[0].startswith("Moved too early: ")
-    assert remarks[0].endswith("of 5 s.  Once more.")
+def test_the_initial_rest_restarts_when_it_is_disturbed():
+    guide, messages = guide_through([("+z", 3.0), ("+z", 3.0)])
+    assert messages[0].startswith("Moved too early: ")
+    assert messages[0].endswith("of 5 s.  Repeat the pose.")
     assert guide.stage is Stage.SETTLE
     assert guide.held < 4
 
 
-def test_a_bounce_as_it_is_set_down_is_not_worth_a_word():
-    _, remarks = lead([("+z", 6.0), ("+x", 0.4), ("+x", 3.0)])
-    assert remarks == ["Done: +z up.", "Done: +x up."]
+def test_an_impact_as_it_is_placed_gives_no_message():
+    _, messages = guide_through([("+z", 6.0), ("+x", 0.4), ("+x", 3.0)])
+    assert messages == ["Done: +z up.", "Done: +x up."]
 
 
 def test_a_side_that_is_repeated_is_named_once():
-    guide, remarks = lead([("+z", 6.0), ("+x", 3.0), ("+x", 4.0)])
-    assert remarks[:2] == ["Done: +z up.", "Done: +x up."]
+    guide, messages = guide_through([("+z", 6.0), ("+x", 3.0), ("+x", 4.0)])
+    assert messages[:2] == ["Done: +z up.", "Done: +x up."]
     assert [
-        remark for remark in remarks[2:] if remark.startswith("Repeated: this is +x")
-    ] == remarks[2:]
-    assert len(remarks) == 3
+        message for message in messages[2:] if message.startswith("Repeated: this is +x")
+    ] == messages[2:]
+    assert len(messages) == 3
     assert guide.sides == ("+z", "+x")
 
 
@@ -120,27 +120,27 @@ def test_a_tilt_that_is_repeated_is_named():
         (again, 3.0),
         ("-y", 3.0),
     ]
-    guide, remarks = lead(poses)
-    assert remarks[-2].startswith("Repeated: this is tilt 1, within ")
-    assert remarks[-1].startswith("Repeated: this is -y")
+    guide, messages = guide_through(poses)
+    assert messages[-2].startswith("Repeated: this is tilt 1, within ")
+    assert messages[-1].startswith("Repeated: this is -y")
     assert guide.tilts == 1
 
 
 def test_a_side_that_is_not_squarely_up_is_refused():
-    guide, remarks = lead([("+z", 6.0), ((1, 0.5, 0), 3.0)])
-    assert remarks[1].startswith("No side is up: +x is off by 2")
+    guide, messages = guide_through([("+z", 6.0), ((1, 0.5, 0), 3.0)])
+    assert messages[1].startswith("No side is up: +x is off by 2")
     assert guide.sides == ("+z",)
 
 
 def test_the_pose_that_is_done_does_not_count_again():
-    guide, remarks = lead([("+z", 30.0)])
-    assert remarks == ["Done: +z up."]
+    guide, messages = guide_through([("+z", 30.0)])
+    assert messages == ["Done: +z up."]
     assert guide.stage is Stage.PLACE
 
 
-def test_a_hand_does_not_hold_it_still():
-    guide, remarks = lead([("+z", 6.0)], noise=8.0)
-    assert (guide.held, remarks) == (0.0, [])
+def test_a_sensor_in_a_hand_is_not_at_rest():
+    guide, messages = guide_through([("+z", 6.0)], noise=8.0)
+    assert (guide.held, messages) == (0.0, [])
 
 
 def test_a_creeping_sensor_is_not_at_rest():
@@ -150,18 +150,18 @@ def test_a_creeping_sensor_is_not_at_rest():
     raw[:, 0] = np.rint(x * np.cos(creep))
     raw[:, 1] += np.rint(x * np.sin(creep)).astype(int)
     guide = Guide(QUICK)
-    remarks = [remark for block in blocks(raw) for remark in guide.feed(block)]
-    assert remarks[0] == "Done: +z up."
-    assert any(remark.startswith("Moved too early") for remark in remarks)
+    messages = [message for block in blocks(raw) for message in guide.feed(block)]
+    assert messages[0] == "Done: +z up."
+    assert any(message.startswith("Moved too early") for message in messages)
     assert guide.sides == ("+z",)
 
 
 def test_a_sensor_that_reads_nothing_has_no_side_up():
     guide = Guide(QUICK)
-    remarks = [
-        remark for block in blocks(np.zeros((400, 7), dtype=int)) for remark in guide.feed(block)
+    messages = [
+        message for block in blocks(np.zeros((400, 7), dtype=int)) for message in guide.feed(block)
     ]
-    assert [remark.startswith("No side is up") for remark in remarks] == [True]
+    assert [message.startswith("No side is up") for message in messages] == [True]
 
 
 def test_samples_that_are_missing_are_not_rest():
@@ -180,6 +180,6 @@ def test_samples_that_are_missing_are_not_rest():
         ({"tilts": -1}, "tilts is -1; expected 0 to 60"),
     ],
 )
-def test_a_plan_that_nobody_can_follow_is_refused(settings, message):
+def test_a_plan_out_of_range_is_refused(settings, message):
     with pytest.raises(ConfigError, match=message):
         Plan(**settings)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fake_mpu6050 import FakeMpu6050
-from footnav.capture import Block, I2cSource, Losses, Setup, record
+from footnav.capture import Block, I2cSource, LossCounters, Setup, record
 from footnav.errors import ConfigError, DataError
 
 
@@ -18,7 +18,7 @@ def source_of(chip: FakeMpu6050, setup: Setup | None = None, address: int = 0x68
 def read_seconds(
     source: I2cSource, chip: FakeMpu6050, seconds: float, pause: float = 0.0
 ) -> list[Block]:
-    """Read for a time of the host, with a pause after each look."""
+    """Read for a time of the host, with a pause after each read."""
     end, blocks = chip.now + seconds, []
     while chip.now < end:
         blocks += source.read()
@@ -46,7 +46,7 @@ def times(blocks: list[Block]) -> np.ndarray:
         Setup(accel_range_g=4, gyro_range_deg_s=500, dlpf_cfg=6, smplrt_div=255),
     ],
 )
-def test_every_sample_comes_once_and_in_order(setup):
+def test_every_sample_is_output_once_and_in_order(setup):
     chip = FakeMpu6050()
     source = source_of(chip, setup)
     blocks = read_seconds(source, chip, 3.0)
@@ -54,7 +54,7 @@ def test_every_sample_comes_once_and_in_order(setup):
     np.testing.assert_array_equal(n, np.arange(n[0], n[0] + len(n)))
     assert len(n) == pytest.approx(3 * setup.rate_hz, abs=0.05 * setup.rate_hz + 2)
     assert bytes(chip.registers[0x19:0x1D]) == setup.registers
-    assert source.losses == Losses()
+    assert source.losses == LossCounters()
 
 
 def test_samples_are_in_si_units():
@@ -90,7 +90,7 @@ def test_an_overflow_is_counted_and_bridged(absence):
     after = read_seconds(source, chip, 2.0)
     n, t = numbers(before + after), times(before + after)
     if absence < 0.33:
-        assert source.losses == Losses()
+        assert source.losses == LossCounters()
         return
     assert source.losses.overflows == 1
     gap = int(np.argmax(np.diff(n)))
@@ -168,7 +168,7 @@ def test_the_other_address():
         source_of(chip, address=0x70)
 
 
-def test_a_chip_that_fell_asleep_is_told():
+def test_a_chip_in_sleep_mode_is_reported():
     chip = FakeMpu6050()
     source = source_of(chip)
     read_seconds(source, chip, 0.5)
@@ -179,7 +179,7 @@ def test_a_chip_that_fell_asleep_is_told():
         read_seconds(source, chip, 2.0)
 
 
-def test_a_chip_that_was_unplugged_is_told():
+def test_a_chip_that_was_unplugged_is_reported():
     chip = FakeMpu6050()
     source = source_of(chip)
     read_seconds(source, chip, 0.5)
@@ -191,10 +191,10 @@ def test_a_chip_that_was_unplugged_is_told():
         read_seconds(source, chip, 2.0)
 
 
-def test_a_host_that_is_too_slow_is_told():
+def test_a_host_that_is_too_slow_is_reported():
     chip = FakeMpu6050()
     source = source_of(chip)
-    with pytest.raises(DataError, match="its FIFO overflows again and again; lower the rate"):
+    with pytest.raises(DataError, match="its FIFO overflows repeatedly; lower the rate"):
         read_seconds(source, chip, 5.0, pause=0.6)
 
 
@@ -205,7 +205,7 @@ def test_a_bus_that_is_not_there():
         I2cSource.open(99)
 
 
-def test_without_smbus2_the_error_says_how_to_install_it(monkeypatch):
+def test_without_smbus2_the_error_has_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "smbus2", None)
     with pytest.raises(ConfigError, match="smbus2 is missing: pip install smbus2"):
         I2cSource.open(1)
@@ -218,7 +218,7 @@ def test_the_bus_is_closed_at_the_end():
     assert chip.closed
 
 
-def test_the_driver_uses_what_smbus2_has():
+def test_the_driver_uses_members_of_smbus2():
     import inspect
 
     smbus2 = pytest.importorskip("smbus2")

@@ -1,4 +1,7 @@
-"""The decoder of the serial line: every sample that was sent and arrived whole, no other, and a count of the rest."""
+"""The decoder of the serial line.
+
+Every sample that was sent and arrived whole, no other, and a count of the rest.
+"""
 
 import itertools
 import random
@@ -12,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footnav.capture import Decoder, Losses, Setup
+from footnav.capture import Decoder, LossCounters, Setup
 from footnav.errors import ConfigError
 from stream_lines import (
     AT_REST,
@@ -45,7 +48,7 @@ LINES = stream(numbered(6))
 # What a line means
 
 
-def test_a_sample_has_what_its_line_says():
+def test_a_sample_has_the_values_of_its_line():
     (sample,) = Decoder().feed(
         header_line() + sample_line(123_456, 7, (1, -2, 3, -4, 5, -6, -32768))
     )
@@ -63,7 +66,7 @@ def test_a_sample_has_what_its_line_says():
     st.integers(0, 6),
     st.integers(0, 255),
 )
-def test_settings_survive_the_registers(accel, gyro, dlpf, divider):
+def test_settings_round_trip_through_the_registers(accel, gyro, dlpf, divider):
     setup = Setup(accel_range_g=accel, gyro_range_deg_s=gyro, dlpf_cfg=dlpf, smplrt_div=divider)
     assert Setup.from_registers(setup.registers) == setup
 
@@ -94,6 +97,7 @@ def test_a_rate_that_the_chip_does_not_have_names_the_nearest():
 # Damage
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, len(b"".join(LINES))), max_size=8))
 def test_cutting_the_bytes_changes_nothing(cuts):
     data = b"".join(LINES)
@@ -106,7 +110,7 @@ damage = st.lists(
 )
 
 
-def harm(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
+def corrupt(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
     """Replace stretches of the bytes by others, longer or shorter."""
     for place, length, garbage in damages:
         start = int(place * len(data))
@@ -114,7 +118,7 @@ def harm(data: bytes, damages: list[tuple[float, int, bytes]]) -> bytes:
     return data
 
 
-def sound_ends(data: bytes) -> set[bytes]:
+def valid_ends(data: bytes) -> set[bytes]:
     """Find the lines whose checksum is right, independently of the decoder."""
     ends = (line[-45:] for line in data.replace(b"\r\n", b"\n").split(b"\n"))
     return {
@@ -124,14 +128,15 @@ def sound_ends(data: bytes) -> set[bytes]:
     }
 
 
+@pytest.mark.slow
 @given(damage, st.integers(1, 50))
-def test_no_damage_makes_a_sample_and_what_comes_later_is_read(damages, size):
-    data = harm(b"".join(LINES), damages)
+def test_corrupt_lines_give_no_sample_and_later_ones_are_read(damages, size):
+    data = corrupt(b"".join(LINES), damages)
     decoder, counts = decode(*(data[k : k + size] for k in range(0, len(data), size)))
-    sound = {struct.unpack(">7h", bytes.fromhex(end[13:-4].decode())) for end in sound_ends(data)}
+    sound = {struct.unpack(">7h", bytes.fromhex(end[13:-4].decode())) for end in valid_ends(data)}
     assert set(counts) <= sound
     assert len(counts) + decoder.losses.unscaled == len(
-        [*filter(None, map(sound_end_of, data.split(b"\n")[:-1]))]
+        [*filter(None, map(valid_end_of, data.split(b"\n")[:-1]))]
     )
     later = [
         sample.counts
@@ -141,8 +146,8 @@ def test_no_damage_makes_a_sample_and_what_comes_later_is_read(damages, size):
     assert later == numbered(3, 100)
 
 
-def sound_end_of(line: bytes) -> bytes | None:
-    return next(iter(sound_ends(line)), None)
+def valid_end_of(line: bytes) -> bytes | None:
+    return next(iter(valid_ends(line)), None)
 
 
 def test_every_wrong_character_is_found():
@@ -187,7 +192,7 @@ def test_a_capture_may_begin_within_a_line():
     data = b"".join(stream(numbered(3)))[9:] + b"".join(stream(numbered(3), stamp=15_000, number=3))
     decoder, counts = decode(data)
     assert counts == numbered(3)
-    assert decoder.losses == Losses(unscaled=3)
+    assert decoder.losses == LossCounters(unscaled=3)
 
 
 def test_lost_and_broken_lines_are_missing_numbers():
@@ -196,17 +201,17 @@ def test_lost_and_broken_lines_are_missing_numbers():
     del lines[8:10]
     decoder, counts = decode(*lines)
     assert len(counts) == 7
-    assert decoder.losses == Losses(missing=3, broken=1)
+    assert decoder.losses == LossCounters(missing=3, broken=1)
 
 
 @pytest.mark.parametrize(
     ("stamp", "number"), [(2**32 - 7_500, 40), (0, 2**16 - 2), (2**32 - 7_500, 2**16 - 2)]
 )
-def test_stamps_and_numbers_that_begin_anew_count_on(stamp, number):
+def test_stamps_and_numbers_are_unwrapped(stamp, number):
     decoder = Decoder()
     samples = decoder.feed(b"".join(stream(numbered(5), stamp, number)))
     assert [sample.stamp_us for sample in samples] == [stamp + 5000 * k for k in range(5)]
-    assert decoder.losses == Losses()
+    assert decoder.losses == LossCounters()
 
 
 @pytest.mark.parametrize("silence", [0.01, 1, 50])
@@ -217,30 +222,30 @@ def test_a_silence_across_the_end_of_the_counters_is_a_loss(silence):
     decoder = Decoder()
     samples = decoder.feed(b"".join([*before, after]))
     assert samples[1].stamp_us - samples[0].stamp_us == 5000 * (lost + 1)
-    assert decoder.losses == Losses(missing=lost)
+    assert decoder.losses == LossCounters(missing=lost)
 
 
 @pytest.mark.parametrize("minutes", [0.1, 20, 35, 50, 71])
-def test_a_device_that_begins_anew_is_a_restart(minutes):
+def test_a_restart_of_the_device_is_detected(minutes):
     stamp = round(minutes * 60e6)
     before, after = stream(numbered(5), stamp, stamp // 5000), stream(numbered(5), 900_000)
     decoder = Decoder()
     samples = decoder.feed(b"".join(before + after))
     assert [sample.run for sample in samples] == [0] * 5 + [1] * 5
     assert samples[5].stamp_us == 900_000
-    assert decoder.losses == Losses(restarts=1)
+    assert decoder.losses == LossCounters(restarts=1)
 
 
 def test_clocks_that_disagree_by_some_percent_are_one_run():
     lines = [*stream(numbered(2)), sample_line(int(5000 * 0.96 * 1000), 1000)]
-    assert decode(*lines)[0].losses == Losses(missing=998)
+    assert decode(*lines)[0].losses == LossCounters(missing=998)
 
 
-# What the device complains of
+# Faults of the device
 
 
 @pytest.mark.parametrize(
-    ("line", "trouble"),
+    ("line", "fault"),
     [
         (fault_line(1), "the sensor does not answer"),
         (fault_line(2, 0x71), "WHO_AM_I of the sensor reads 0x71, an MPU9250; expected 0x68"),
@@ -252,12 +257,12 @@ def test_clocks_that_disagree_by_some_percent_are_one_run():
         (header_line(bytes((4, 7, 0, 0))), "the sketch's settings are wrong: dlpf_cfg is 7"),
     ],
 )
-def test_trouble_is_told(line, trouble):
+def test_faults_are_reported(line, fault):
     decoder, counts = decode(line, sample_line(0, 0))
-    assert trouble in decoder.trouble
+    assert fault in decoder.fault
     assert counts == []
     decoder.feed(header_line() + sample_line(5000, 1))
-    assert decoder.trouble is None
+    assert decoder.fault is None
 
 
 # The sketch itself
@@ -291,7 +296,10 @@ def build(compiler: str, source: str, folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def board(compiler, tmp_path_factory):
-    """Run the sketch on a simulated board: case, first stamp in µs and duration in, bytes of the serial port out."""
+    """Run the sketch on a simulated board.
+
+    Case, first stamp in µs and duration in, bytes of the serial port out.
+    """
     program = build(compiler, "board.cpp", tmp_path_factory.mktemp("board"))
 
     def run(case: str, first_micros: int, seconds: float) -> bytes:
@@ -329,10 +337,11 @@ def test_the_example_in_the_guide_is_a_line():
     assert all(close(example[:-4]).decode().strip() == example for example in examples)
 
 
+@pytest.mark.slow
 def test_the_sketch_sends_every_sample_across_the_wrap_of_its_clock(board):
     decoder = Decoder()
     samples = decoder.feed(board("sound", 2**32 - 2_000_000, 4.0))
-    assert decoder.losses == Losses()
+    assert decoder.losses == LossCounters()
     assert decoder.device == 1
     counts = [sample.counts[0] for sample in samples]
     assert counts == list(range(counts[0], counts[0] + len(samples)))
@@ -345,13 +354,13 @@ def test_the_sketch_sends_every_sample_across_the_wrap_of_its_clock(board):
 
 
 @pytest.mark.parametrize(
-    ("case", "trouble"),
+    ("case", "fault"),
     [("absent", "does not answer"), ("other", "0x71"), ("silent", "no data-ready signal")],
 )
-def test_the_sketch_says_what_is_wrong(board, case, trouble):
+def test_the_sketch_reports_faults(board, case, fault):
     decoder = Decoder()
     assert decoder.feed(board(case, 0, 1.5)) == []
-    assert trouble in decoder.trouble
+    assert fault in decoder.fault
 
 
 def test_the_sketch_sets_the_chip_up_again_when_its_supply_dips(board):

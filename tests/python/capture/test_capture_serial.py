@@ -1,4 +1,7 @@
-"""The serial source: on a pseudo-terminal, with a scripted port, and what it says when nothing good comes."""
+"""The serial source.
+
+On a pseudo-terminal and with a scripted port, including its faults.
+"""
 
 import itertools
 import os
@@ -13,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import footnav
-from footnav.capture import Block, Losses, SerialSource, Setup, follow, record
+from footnav.capture import Block, LossCounters, SerialSource, Setup, record, track_live
 from footnav.capture.clock import HostedClock
 from footnav.errors import ConfigError, DataError
 from stream_lines import AT_REST, fault_line, header_line, sample_line, stream
@@ -101,14 +104,14 @@ def test_a_walk_comes_through_a_port(terminal):
         recording = record(source, 2.9)
         board.join()
         assert source.device == 1
-        assert source.losses == Losses(missing=1, broken=1)
+        assert source.losses == LossCounters(missing=1, broken=1)
     kept = np.array(walk)[np.arange(600) != 99][: len(recording)]
     assert recording.name == port
     assert recording.accel_range == pytest.approx(16 * 9.80665)
     np.testing.assert_allclose(recording.accel, kept[:, :3] * 16 * 9.80665 / 32768)
     np.testing.assert_allclose(recording.gyro, np.radians(kept[:, 4:] * 2000 / 32768))
     np.testing.assert_allclose(recording.temperature, -2160 / 340 + 36.53)
-    # Three seconds of stamps came in an instant: the host has no say in them then.
+    # Three seconds of stamps arrived at once: the host's clock does not affect them.
     np.testing.assert_allclose(np.diff(recording.t)[:98], INTERVAL, rtol=1e-9)
     assert recording.t[99] - recording.t[98] == pytest.approx(2 * INTERVAL)
 
@@ -120,20 +123,20 @@ def test_a_port_that_is_not_there_names_those_that_are():
         SerialSource.open("/dev/absent")
 
 
-def test_without_pyserial_the_error_says_how_to_install_it(monkeypatch):
+def test_without_pyserial_the_error_has_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(ConfigError, match="serial is missing: pip install pyserial"):
         SerialSource.open("/dev/ttyUSB0")
 
 
-def test_a_port_that_vanishes_is_told():
+def test_a_port_that_disappears_is_reported():
     def fail(*_: object) -> bytes:
         raise OSError(5, "Input/output error")
 
     script = Script([])
     script.read = fail
     with pytest.raises(
-        DataError, match=r"ttyTEST is gone: Input/output error; was the plug pulled\?"
+        DataError, match=r"ttyTEST disappeared: Input/output error; was it unplugged\?"
     ):
         SerialSource(script, "ttyTEST", script.clock).read()
 
@@ -144,7 +147,7 @@ def test_a_port_that_vanishes_is_told():
 @pytest.mark.parametrize(
     ("pieces", "message"),
     [
-        ([], "nothing arrives at all"),
+        ([], "no bytes arrive"),
         (
             [(0.1, b"\xff\x00\n" * 99)],
             "297 bytes arrived, but no line of the sketch: do the baud rates agree",
@@ -157,13 +160,13 @@ def test_a_port_that_vanishes_is_told():
         ),
     ],
 )
-def test_silence_says_what_is_likely_wrong(pieces, message):
+def test_silence_names_the_likely_cause(pieces, message):
     source = source_of(*pieces)
     with pytest.raises(DataError, match=r"ttyTEST: no sample for 5 s; .*" + message):
         read_samples(source, 99)
 
 
-def test_a_fault_before_the_first_sample_is_told_at_once():
+def test_a_fault_before_the_first_sample_is_reported_at_once():
     source = source_of((0.01, fault_line(2, 0x71)))
     with pytest.raises(DataError, match="ttyTEST: WHO_AM_I of the sensor reads 0x71, an MPU9250"):
         source.read()
@@ -177,7 +180,7 @@ def test_a_fault_that_passes_is_only_counted():
     ]
     source = source_of(*lines)
     assert sum(map(len, read_samples(source, 6))) == 6
-    assert source.losses == Losses(restarts=1)
+    assert source.losses == LossCounters(restarts=1)
 
 
 def test_the_port_is_closed_at_the_end():
@@ -190,14 +193,14 @@ def test_the_port_is_closed_at_the_end():
 # Time
 
 
-def paced(
+def real_time_lines(
     samples: int,
     rate: float = 1.0,
     late: Callable[[int], float] = lambda _: 0.0,
     stamp: int = 0,
     at: float = 0.0,
 ) -> list[tuple[float, bytes]]:
-    """Lines of a board whose clock runs at `rate`, four in a piece, that arrive in real time, and late."""
+    """Lines of a board whose clock runs at `rate`, in pieces of four, in real time and late."""
     header, *lines = stream([AT_REST] * samples, stamp, interval=round(5000 * rate))
     pieces = [
         (at + INTERVAL * (k + 3) + late(k), b"".join(lines[k : k + 4]))
@@ -206,28 +209,31 @@ def paced(
     return [(at, header), *pieces]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.996, 1.0, 1.004])
 def test_the_host_disciplines_a_cheap_clock(rate):
     rng = np.random.default_rng(3)
     delays = rng.uniform(0.001, 0.017, 4000)
-    source = source_of(*paced(4000, rate, lambda k: delays[k]))
+    source = source_of(*real_time_lines(4000, rate, lambda k: delays[k]))
     t = np.concatenate([block.t for block in read_samples(source, 4000)])
     assert (t[-1] - t[2000]) / (INTERVAL * 1999) == pytest.approx(1, abs=3e-4)
-    # No interval is stretched by a piece that came early or late.
+    # The arrival time of a piece does not change an interval.
     np.testing.assert_allclose(np.diff(t), INTERVAL, rtol=0.01)
 
 
 def test_a_host_that_is_busy_for_a_while_does_not_bend_time():
-    source = source_of(*paced(4000, late=lambda k: 0.5 if 2000 <= k < 2100 else 0.004))
+    source = source_of(*real_time_lines(4000, late=lambda k: 0.5 if 2000 <= k < 2100 else 0.004))
     t = np.concatenate([block.t for block in read_samples(source, 4000)])
     np.testing.assert_allclose(np.diff(t), INTERVAL, rtol=1e-3)
 
 
-def test_the_host_tells_how_long_a_restart_took():
-    source = source_of(*paced(200, stamp=7_000_000), *paced(200, stamp=100_000, at=3.0))
+def test_the_host_clock_gives_the_duration_of_a_restart():
+    source = source_of(
+        *real_time_lines(200, stamp=7_000_000), *real_time_lines(200, stamp=100_000, at=3.0)
+    )
     blocks = read_samples(source, 400)
     t = np.concatenate([block.t for block in blocks])
-    assert source.losses == Losses(restarts=1)
+    assert source.losses == LossCounters(restarts=1)
     assert t[200] - t[0] == pytest.approx(3.0, abs=0.01)
     assert np.diff(t).min() > 0
 
@@ -236,7 +242,7 @@ def test_the_host_tells_how_long_a_restart_took():
     st.floats(0.98, 1.02), st.lists(st.floats(0, 0.02), min_size=3, max_size=30), st.integers(1, 9)
 )
 def test_stamps_never_go_back(rate, delays, size):
-    clock = HostedClock(rate_sigma=0.02, lateness=0.005)
+    clock = HostedClock(rate_sigma=0.02, latency=0.005)
     last = -1.0
     for k, delay in enumerate(delays):
         device = INTERVAL * np.arange(k * size, (k + 1) * size)
@@ -250,14 +256,14 @@ def test_stamps_never_go_back(rate, delays, size):
 
 
 def test_blocks_go_straight_into_a_navigator():
-    walk, _ = footnav.simulate(footnav.Route.straight(3.0), sensor="ideal")
+    walk, _ = footnav.simulate(footnav.simulation.Route.straight(3.0), sensor="ideal")
     scale = 32768 / np.repeat([16 * 9.80665, np.radians(2000)], 3)
     raw = np.rint(np.hstack([walk.accel, walk.gyro]) * scale).astype(int)
     counts = np.insert(raw, 3, 0, axis=1).tolist()
     lines = stream([tuple(row) for row in counts])
     pieces = [(0.02 * k, b"".join(lines[4 * k : 4 * k + 4])) for k in range(len(lines) // 4)]
     navigator = footnav.Navigator(rate_hz=200)
-    states = follow(source_of(*pieces), navigator)
+    states = track_live(source_of(*pieces), navigator)
     n = sum(map(len, itertools.islice(states, len(pieces) - 1)))
     assert n > 0.8 * len(walk)
     assert navigator.position[0] == pytest.approx(3.0, abs=0.3)
@@ -267,7 +273,7 @@ def test_another_full_scale_in_the_midst_is_refused():
     other = bytes((4, 2, 0, 0))
     lines = b"".join(stream([AT_REST] * 300)) + header_line(other) + sample_line(300 * 5000, 300)
     with pytest.raises(
-        DataError, match=r"ttyTEST: the chip was set to 16 g.*, and now is to 2 g, 250 deg/s"
+        DataError, match=r"ttyTEST: the settings of the chip changed from 16 g.* to 2 g, 250 deg/s"
     ):
         record(source_of((0.1, lines)), 60)
 
@@ -283,5 +289,5 @@ def test_one_sample_is_no_recording():
 
     recorder = Recorder("ttyTEST")
     recorder.add(Block.from_counts(np.zeros(1), [AT_REST], Setup()))
-    with pytest.raises(DataError, match="ttyTEST: 1 samples came; at least 2 make a recording"):
+    with pytest.raises(DataError, match="ttyTEST: 1 samples arrived; a recording needs at least 2"):
         recorder.recording()

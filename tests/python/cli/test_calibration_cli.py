@@ -87,7 +87,7 @@ def test_registers_are_kept_with_the_calibration(run, poses):
         (("--gravity", 99), "mechanization.gravity = 99: expected between 9 and 10.5"),
     ],
 )
-def test_options_that_make_no_sense_are_misuse(run, poses, options, text):
+def test_options_that_are_impossible_are_misuse(run, poses, options, text):
     poses.save("poses.csv")
     status, out, err = run("calibrate", "accel", "poses.csv", *options)
     assert (status, out) == (2, "")
@@ -105,7 +105,7 @@ def test_six_positions_on_the_command_line(run):
     np.testing.assert_allclose(matrix, np.linalg.inv(known_sensor(1).gyro.matrix), atol=2e-3)
 
 
-def test_too_few_poses_fail_and_leave_the_old_file_alone(run):
+def test_too_few_poses_fail_and_do_not_change_the_old_file(run):
     Path("calibration.toml").write_text("device = 'old'\n")
     quick_poses("ideal", poses=SIX_SIDES[:4]).save("few.csv")
     status, out, err = run("calibrate", "accel", "few.csv")
@@ -154,7 +154,7 @@ def test_temperature_adds_to_an_existing_calibration(run):
     quick_poses("ideal").save("poses.csv")
     _, _, err = run("calibrate", "accel", "poses.csv", "--update", "shoe.toml")
     assert (
-        "warning: the accelerometer follows the temperature no more: calibrate temperature again"
+        "warning: the accelerometer has no temperature model any more: calibrate temperature again"
         in err
     )
 
@@ -196,7 +196,9 @@ def test_a_pair_of_feet_is_calibrated_one_by_one(run):
 
 @pytest.fixture
 def walk(tmp_path) -> footnav.Recording:
-    recording = footnav.simulate(footnav.Route.straight(4.0), sensor=known_sensor(1), seed=1)[0]
+    recording = footnav.simulate(
+        footnav.simulation.Route.straight(4.0), sensor=known_sensor(1), seed=1
+    )[0]
     recording.save(tmp_path / "walk.npz")
     return recording
 
@@ -239,7 +241,9 @@ def test_tracking_asks_for_the_temperature_that_the_calibration_follows(run, wal
 
 def test_tracking_with_two_calibrations_is_misuse(run, walk):
     SensorCalibration().save("shoe.toml")
-    footnav.Config(calibration=footnav.Calibration(accel_bias=(0.1, 0.0, 0.0))).save("config.toml")
+    footnav.Config(calibration=footnav.config.Calibration(accel_bias=(0.1, 0.0, 0.0))).save(
+        "config.toml"
+    )
     status, _, err = run(
         "track", "walk.npz", "--calibration", "shoe.toml", "--config", "config.toml"
     )

@@ -13,9 +13,16 @@ import pytest
 import serial
 
 import footnav
-from footnav.capture import Block, Guide, Losses, Plan
+from footnav.capture import Block, Guide, LossCounters, Plan
 from footnav.cli import main
-from footnav.cli.capture import Leader, Meter, capture, capture_poses, check_duration, check_target
+from footnav.cli.capture import (
+    CaptureDisplay,
+    PoseDisplay,
+    capture,
+    capture_poses,
+    check_duration,
+    check_target,
+)
 from footnav.errors import ConfigError, DataError
 from poses import blocks, counts, tilts
 from stream_lines import AT_REST, Counts, stream
@@ -29,13 +36,13 @@ COMPLETE = [
 
 
 @dataclass
-class Given:
+class ScriptedSource:
     """A source that gives blocks, and then raises."""
 
     blocks: Iterator[Block]
     end: BaseException
-    name: str = "given"
-    losses: Losses = field(default_factory=Losses)
+    name: str = "scripted"
+    losses: LossCounters = field(default_factory=LossCounters)
 
     def read(self) -> list[Block]:
         block = next(self.blocks, None)
@@ -44,11 +51,13 @@ class Given:
         return [block]
 
 
-def given(poses, end: BaseException | None = None, losses: Losses | None = None) -> Given:
-    return Given(
+def scripted(
+    poses, end: BaseException | None = None, losses: LossCounters | None = None
+) -> ScriptedSource:
+    return ScriptedSource(
         blocks(counts(poses)),
         end or AssertionError("the capture did not end"),
-        losses=losses or Losses(),
+        losses=losses or LossCounters(),
     )
 
 
@@ -60,7 +69,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def board(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[list[Counts]], str]]:
-    """Connect a board that starts as its port is opened and sends as fast as it is read; the port is returned."""
+    """Connect a board that starts as its port is opened and sends as fast as it is read.
+
+    The port is returned.
+    """
     master, slave = os.openpty()
     opened = threading.Event()
     drop_old_bytes = serial.Serial.reset_input_buffer
@@ -108,7 +120,7 @@ def test_a_capture_from_a_port_reads_back(board, capsys):
     )
 
 
-def test_poses_are_led_through_at_a_port(board, capsys):
+def test_poses_are_recorded_at_a_port(board, capsys):
     port = board(counts(COMPLETE).tolist())
     quick = ("--settle", "2", "--hold", "1", "--tilts", "1")
     assert main(["capture", "poses", "serial", port, *quick, "--out", "poses.csv"]) == 0
@@ -119,8 +131,8 @@ def test_poses_are_led_through_at_a_port(board, capsys):
     assert streams.err.endswith("  Done: tilt 1.\nAll poses are done.\n")
 
 
-def test_ctrl_c_ends_a_capture_and_keeps_what_came(capsys):
-    source = given([("+z", 1.5)], KeyboardInterrupt(), Losses(missing=7, broken=2))
+def test_ctrl_c_ends_a_capture_and_the_samples_are_saved(capsys):
+    source = scripted([("+z", 1.5)], KeyboardInterrupt(), LossCounters(missing=7, broken=2))
     assert capture(source, Path("walk.npz")) == 0
     assert capsys.readouterr().out.startswith(
         "walk.npz: 300 samples, 1.50 s at 200 Hz, 7 missing, 2 broken\n"
@@ -128,27 +140,29 @@ def test_ctrl_c_ends_a_capture_and_keeps_what_came(capsys):
     assert footnav.read("walk.npz").accel_range == pytest.approx(16 * 9.80665)
 
 
-def test_a_plug_that_is_pulled_ends_a_capture_and_keeps_what_came(capsys):
-    assert capture(given([("+z", 3.0)], DataError("given is gone")), Path("walk.csv")) == 1
+def test_an_unplugged_device_ends_a_capture_and_the_samples_are_saved(capsys):
+    assert (
+        capture(scripted([("+z", 3.0)], DataError("scripted disappeared")), Path("walk.csv")) == 1
+    )
     streams = capsys.readouterr()
-    assert streams.err == "footnav: given is gone\n"
+    assert streams.err == "footnav: scripted disappeared\n"
     assert len(footnav.read("walk.csv")) == 600
 
 
 def test_a_capture_that_fails_at_once_leaves_nothing(folder):
-    with pytest.raises(DataError, match="given is gone"):
-        capture(given([("+z", 1.0)], DataError("given is gone")), Path("walk.csv"))
-    with pytest.raises(DataError, match="given: 0 samples came"):
-        capture(given([("+z", 0.0)], KeyboardInterrupt()), Path("walk.csv"))
+    with pytest.raises(DataError, match="scripted disappeared"):
+        capture(scripted([("+z", 1.0)], DataError("scripted disappeared")), Path("walk.csv"))
+    with pytest.raises(DataError, match="scripted: 0 samples arrived"):
+        capture(scripted([("+z", 0.0)], KeyboardInterrupt()), Path("walk.csv"))
     assert list(folder.iterdir()) == []
 
 
 def test_all_poses_are_recorded_and_the_next_step_named(capsys):
     raw = counts(COMPLETE)
-    assert capture_poses(given(COMPLETE), Path("poses.npz"), QUICK) == 0
+    assert capture_poses(scripted(COMPLETE), Path("poses.npz"), QUICK) == 0
     streams = capsys.readouterr()
     assert streams.out.endswith("next: footnav calibrate accel poses.npz\n")
-    assert streams.err.startswith("Lay the sensor on a firm table")
+    assert streams.err.startswith("Place the sensor on a firm table")
     assert streams.err.count("  Done: ") == 7
     assert streams.err.endswith("  Done: tilt 1.\nAll poses are done.\n")
     back = footnav.read("poses.npz")
@@ -157,23 +171,25 @@ def test_all_poses_are_recorded_and_the_next_step_named(capsys):
 
 
 def test_poses_that_are_missing_are_named_and_the_recording_kept(capsys):
-    assert capture_poses(given(COMPLETE[:4], KeyboardInterrupt()), Path("poses.csv"), QUICK) == 1
+    assert capture_poses(scripted(COMPLETE[:4], KeyboardInterrupt()), Path("poses.csv"), QUICK) == 1
     error = capsys.readouterr().err.splitlines()[-1]
     assert error == "footnav: poses.csv is not complete: +y, -y and 1 of 1 tilts are missing"
     assert len(footnav.read("poses.csv")) > 1000
-    assert capture_poses(given(COMPLETE[:6], KeyboardInterrupt()), Path("tilt.csv"), QUICK) == 1
+    assert capture_poses(scripted(COMPLETE[:6], KeyboardInterrupt()), Path("tilt.csv"), QUICK) == 1
     assert "no side and 1 of 1 tilts" in capsys.readouterr().err
 
 
-def test_the_line_on_the_screen_tells_rate_losses_and_rest():
+def test_the_status_line_shows_rate_losses_and_rest():
     shown: list[str] = []
 
-    class Screen:
-        show = staticmethod(shown.append)
+    class StatusLine:
+        update = staticmethod(shown.append)
 
-    meter = Meter(given([("+z", 0.0)], losses=Losses(missing=3)), Screen(), 100)
+    display = CaptureDisplay(
+        scripted([("+z", 0.0)], losses=LossCounters(missing=3)), StatusLine(), 100
+    )
     for block in blocks(counts([("+z", 3.0), ("+x", 0.4)])):
-        meter.see(block)
+        display.process(block)
     assert any(re.fullmatch(r"    3\.0 s    200\.0 Hz  at rest 3 missing", line) for line in shown)
     assert any("moving" in line for line in shown)
 
@@ -208,7 +224,7 @@ def test_the_line_on_the_screen_tells_rate_losses_and_rest():
         (["spi"], 2, '"spi"'),
     ],
 )
-def test_what_cannot_be_done_is_one_line(folder, capsys, arguments, status, message):
+def test_misuse_is_one_line(folder, capsys, arguments, status, message):
     (folder / "there.csv").touch()
     assert main(["capture", *arguments]) == status
     error = capsys.readouterr().err
@@ -216,24 +232,24 @@ def test_what_cannot_be_done_is_one_line(folder, capsys, arguments, status, mess
     assert error.count("\n") == 1
 
 
-def test_a_recording_without_a_name_is_called_after_the_time():
+def test_the_default_name_of_a_recording_has_the_time():
     assert re.fullmatch(r"poses-\d{8}-\d{6}\.csv", str(check_target(None, "poses")))
     assert check_duration(None) == float("inf")
     with pytest.raises(ConfigError, match="--seconds is nan"):
         check_duration(float("nan"))
 
 
-def test_the_screen_tells_which_side_is_up_and_how_long_it_still_takes():
+def test_the_status_line_shows_the_side_and_the_time():
     shown: list[str] = []
 
-    class Screen:
-        show = staticmethod(shown.append)
-        say = staticmethod(shown.append)
+    class StatusLine:
+        update = staticmethod(shown.append)
+        message = staticmethod(shown.append)
 
-    leader = Leader(Guide(QUICK), Screen())
+    display = PoseDisplay(Guide(QUICK), StatusLine())
     for block in blocks(counts([("+z", 1.5)])):
-        leader.see(block)
-    assert shown[0].startswith("Lay the sensor on a firm table")
+        display.process(block)
+    assert shown[0].startswith("Place the sensor on a firm table")
     assert shown[-1].startswith(" 10%  +z up now, held for 1.4 of 2 s")
 
 

@@ -14,14 +14,14 @@ import pytest
 
 import footnav
 from footnav.cli import main
-from footnav.cli.console import attending
+from footnav.cli.console import reporting
 from footnav.cli.track import FORMATS
-from footnav.export import load_trajectory
 from footnav.export.recording import save_recording
+from footnav.trajectory import load_trajectory
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CommandResult:
     """What a command left behind."""
 
     status: int
@@ -29,7 +29,7 @@ class Outcome:
     err: str
 
 
-Run = Callable[..., Outcome]
+Run = Callable[..., CommandResult]
 
 
 @pytest.fixture
@@ -37,9 +37,9 @@ def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.
     """Run a command in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def run_command(*arguments: object) -> Outcome:
+    def run_command(*arguments: object) -> CommandResult:
         status = main([str(argument) for argument in arguments])
-        return Outcome(status, *capsys.readouterr())
+        return CommandResult(status, *capsys.readouterr())
 
     return run_command
 
@@ -47,7 +47,7 @@ def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.
 @pytest.fixture(scope="module")
 def recording() -> footnav.Recording:
     """Five metres straight ahead along the sensor's x axis."""
-    return footnav.simulate(footnav.Route.straight(5.0), sensor="ideal", seed=3)[0]
+    return footnav.simulate(footnav.simulation.Route.straight(5.0), sensor="ideal", seed=3)[0]
 
 
 @pytest.fixture
@@ -65,7 +65,10 @@ def cells(path: Path, *titles: str) -> np.ndarray:
 
 def write_pair(path: Path) -> None:
     """Write the counts of two feet, 8 g and 1000 deg/s; the right foot walks further."""
-    feet = [footnav.simulate(footnav.Route.straight(way), sensor="ideal")[0] for way in (4.0, 6.0)]
+    feet = [
+        footnav.simulate(footnav.simulation.Route.straight(way), sensor="ideal")[0]
+        for way in (4.0, 6.0)
+    ]
     n = min(map(len, feet))
     scale = 32768 / np.repeat([8 * 9.80665, np.radians(1000)], 3)
     counts = [np.rint(np.hstack([foot.accel, foot.gyro])[:n] * scale) for foot in feet]
@@ -127,7 +130,7 @@ def test_a_recording_that_cannot_be_written_leaves_nothing(recording, tmp_path):
 
 
 def test_version(run):
-    assert run("--version") == Outcome(0, f"footnav {footnav.__version__}\n", "")
+    assert run("--version") == CommandResult(0, f"footnav {footnav.__version__}\n", "")
 
 
 def test_help_names_every_command(run):
@@ -177,17 +180,17 @@ def test_help_names_every_command(run):
     ],
 )
 def test_misuse_is_status_2_and_one_line(run, walk, arguments, message):
-    outcome = run(*arguments)
-    assert (outcome.status, outcome.out) == (2, "")
-    assert outcome.err.startswith("footnav: ")
-    assert outcome.err.count("\n") == 1
-    assert message in outcome.err
+    result = run(*arguments)
+    assert (result.status, result.out) == (2, "")
+    assert result.err.startswith("footnav: ")
+    assert result.err.count("\n") == 1
+    assert message in result.err
     assert list(Path().iterdir()) == [Path("walk.csv")]
 
 
-def test_other_warnings_than_footnavs_go_their_way(capsys):
+def test_other_warnings_are_shown_as_usual(capsys):
     def work() -> None:
-        with attending("walk.csv"):
+        with reporting("walk.csv"):
             warnings.warn("old", DeprecationWarning, stacklevel=1)
             warnings.warn("walk.csv, line 3: odd", footnav.FootnavWarning, stacklevel=1)
 
@@ -199,25 +202,27 @@ def test_other_warnings_than_footnavs_go_their_way(capsys):
 # footnav track
 
 
+@pytest.mark.slow
 def test_track_writes_table_and_picture_beside_the_current_directory(run, walk, recording):
-    outcome = run("track", walk)
-    assert (outcome.status, outcome.err) == (0, "")
+    result = run("track", walk)
+    assert (result.status, result.err) == (0, "")
     expected = footnav.track(recording)
     np.testing.assert_array_equal(
         cells(Path("walk.track.csv"), "px", "py", "pz"), expected.position
     )
     assert Path("walk.track.png").read_bytes().startswith(b"\x89PNG")
-    assert outcome.out.startswith("walk: ")
-    assert f"{expected.distance:.2f} m in {len(expected.steps)} strides" in outcome.out
-    assert "written        walk.track.csv, walk.track.png" in outcome.out
+    assert result.out.startswith("walk: ")
+    assert f"{expected.distance:.2f} m in {len(expected.strides)} strides" in result.out
+    assert "written        walk.track.csv, walk.track.png" in result.out
 
 
+@pytest.mark.slow
 def test_every_format_can_be_written(run, walk):
     options = ("--origin", 45, 7, 0, "--heading-deg", 90)
-    outcome = run(
+    result = run(
         "track", walk, *options, "--formats", ",".join(FORMATS), "--out", "a/b", "--name", "mine"
     )
-    assert (outcome.status, outcome.err) == (0, "")
+    assert (result.status, result.err) == (0, "")
     assert {path.name for path in Path("a/b").iterdir()} == {
         f"mine.track.{form}" for form in FORMATS
     }
@@ -232,10 +237,10 @@ def test_the_origin_may_lie_in_the_south_west(run, walk):
 
 
 def test_a_map_without_an_origin_warns_once(run, walk):
-    outcome = run("track", walk, "--formats", "geojson,kml")
-    assert outcome.status == 0
-    assert outcome.err.startswith("walk.csv: warning: the track has no origin")
-    assert outcome.err.count("\n") == 1
+    result = run("track", walk, "--formats", "geojson,kml")
+    assert result.status == 0
+    assert result.err.startswith("walk.csv: warning: the track has no origin")
+    assert result.err.count("\n") == 1
 
 
 @pytest.mark.parametrize(("heading", "column"), [(0, "py"), (90, "px")])
@@ -255,8 +260,8 @@ def test_heading_from_the_magnetometer(run, recording):
 
 
 def test_without_a_magnetometer_there_is_no_heading_from_it(run, walk):
-    outcome = run("track", walk, "--heading-from-magnetometer")
-    assert (outcome.status, outcome.err) == (1, "footnav: walk.csv has no magnetometer\n")
+    result = run("track", walk, "--heading-from-magnetometer")
+    assert (result.status, result.err) == (1, "footnav: walk.csv has no magnetometer\n")
 
 
 def test_settings_come_from_the_file(run, walk):
@@ -278,13 +283,14 @@ def test_reading_options_reach_the_reader(run, walk, recording):
     )
 
 
+@pytest.mark.slow
 def test_one_failing_file_does_not_stop_the_others(run, walk):
     Path("broken.csv").write_text("t,ax,ay,az,gx,gy,gz\n0,1,2,three,4,5,6\n")
-    outcome = run("track", "broken.csv", "absent.csv", walk)
-    assert outcome.status == 1
-    assert [line.partition(":")[0] for line in outcome.err.splitlines()] == ["footnav", "footnav"]
-    assert "broken.csv, line 2: 'az' is 'three'" in outcome.err
-    assert "absent.csv does not exist" in outcome.err
+    result = run("track", "broken.csv", "absent.csv", walk)
+    assert result.status == 1
+    assert [line.partition(":")[0] for line in result.err.splitlines()] == ["footnav", "footnav"]
+    assert "broken.csv, line 2: 'az' is 'three'" in result.err
+    assert "absent.csv does not exist" in result.err
     assert Path("walk.track.csv").exists()
     assert not Path("broken.track.csv").exists()
 
@@ -293,9 +299,9 @@ def test_a_warning_is_one_line(run, recording):
     rows = np.r_[0:400, 500 : len(recording)]
     gappy = footnav.Recording(recording.t[rows], recording.accel[rows], recording.gyro[rows])
     save_recording(gappy, "gappy.csv")
-    outcome = run("track", "gappy.csv", "--formats", "csv")
-    assert outcome.status == 0
-    (warning,) = outcome.err.splitlines()
+    result = run("track", "gappy.csv", "--formats", "csv")
+    assert result.status == 0
+    (warning,) = result.err.splitlines()
     assert warning.startswith("gappy.csv: warning: samples are missing in 1 place")
 
 
@@ -309,14 +315,14 @@ def test_several_walks_are_compared_in_a_table(run, walk, recording):
     for name in ("walk", "other [1]"):
         assert (float(rows[name][0]), int(rows[name][2])) == (
             round(expected.distance, 2),
-            len(expected.steps),
+            len(expected.strides),
         )
 
 
 def test_both_feet_of_a_pair_are_tracked(run):
     write_pair(Path("pair.csv"))
-    outcome = run("track", "pair.csv", *RANGES, "--formats", "npz")
-    assert outcome.status == 0
+    result = run("track", "pair.csv", *RANGES, "--formats", "npz")
+    assert result.status == 0
     left, right = (load_trajectory(f"pair-{foot}.track.npz") for foot in ("left", "right"))
     assert left.position[-1, 0] == pytest.approx(4.0, abs=0.2)
     assert right.position[-1, 0] > 4.5
@@ -333,36 +339,36 @@ def test_one_foot_of_a_pair(run, stated):
     assert load_trajectory("pair.track.npz").position[-1, 0] == pytest.approx(4.0, abs=0.2)
 
 
-def test_a_pair_whose_ranges_are_missing_says_how_to_give_them(run):
+def test_the_error_of_a_pair_without_ranges_names_the_options(run):
     write_pair(Path("pair.csv"))
-    outcome = run("track", "pair.csv")
-    assert (outcome.status, outcome.out) == (1, "")
-    assert "give --accel-range in g: 2, 4, 8, 16" in outcome.err
+    result = run("track", "pair.csv")
+    assert (result.status, result.out) == (1, "")
+    assert "give --accel-range in g: 2, 4, 8, 16" in result.err
 
 
 def test_without_matplotlib_there_are_tracks_but_no_pictures(run, walk, monkeypatch):
     monkeypatch.setattr("footnav.cli.track.find_spec", lambda _: None)
-    outcome = run("track", walk)
-    assert outcome.status == 0
-    assert outcome.err == (
+    result = run("track", walk)
+    assert result.status == 0
+    assert result.err == (
         "footnav: warning: no pictures, since matplotlib is missing: pip install footnav[plot]\n"
     )
     assert {path.name for path in Path().iterdir()} == {"walk.csv", "walk.track.csv"}
 
 
 def test_a_folder_that_cannot_be_made_is_an_error(run, walk):
-    outcome = run("track", walk, "--out", walk / "tracks")
-    assert outcome.status == 1
-    assert "walk.csv/tracks: cannot be made a folder" in outcome.err
+    result = run("track", walk, "--out", walk / "tracks")
+    assert result.status == 1
+    assert "walk.csv/tracks: cannot be created" in result.err
 
 
 def test_a_real_recording_with_gaps(run, data_dir):
-    outcome = run(
+    result = run(
         "track", data_dir / "xio" / "short_walk.csv", "--preset", "ngimu", "--formats", "npz"
     )
-    assert outcome.status == 0
-    assert all(line.startswith("short_walk.csv: warning: ") for line in outcome.err.splitlines())
-    assert "205 samples repeat the stamp of the one before" in outcome.err
+    assert result.status == 0
+    assert all(line.startswith("short_walk.csv: warning: ") for line in result.err.splitlines())
+    assert "205 samples repeat the stamp of the one before" in result.err
     assert np.linalg.norm(load_trajectory("short_walk.track.npz").position[-1, :2]) < 0.5
 
 
@@ -378,20 +384,22 @@ def test_a_real_pair_of_feet(run, data_dir):
 # footnav demo
 
 
+@pytest.mark.slow
 def test_demo_leaves_a_walk_that_can_be_tracked_again(run):
-    outcome = run("demo")
-    assert (outcome.status, outcome.err) == (0, "")
+    result = run("demo")
+    assert (result.status, result.err) == (0, "")
     names = {"recording.csv", "track.csv", "track.geojson", "track.png", "table.txt"}
     assert {path.name for path in Path("demo").iterdir()} == names
     again = footnav.track(footnav.read("demo/recording.csv"), footnav.Config.preset("mpu6050"))
     np.testing.assert_array_equal(cells(Path("demo/track.csv"), "px", "py", "pz"), again.position)
     for line in Path("demo/table.txt").read_text().splitlines():
-        assert line in outcome.out
+        assert line in result.out
 
 
-def test_demo_tells_the_truth(run):
+@pytest.mark.slow
+def test_demo_prints_the_errors_of_its_track(run):
     run("demo", "--out", "d", "--seed", 2)
-    recording, truth = footnav.simulate(footnav.Route.square(10.0), seed=2)
+    recording, truth = footnav.simulate(footnav.simulation.Route.square(10.0), seed=2)
     expected = footnav.evaluate(footnav.track(recording, footnav.Config.preset("mpu6050")), truth)
     table = Path("d/table.txt").read_text()
     rows = {line[1:35].strip(): line[35:].split() for line in table.splitlines()}
@@ -408,12 +416,12 @@ def test_demo_tells_the_truth(run):
         expected.percent_of_distance, abs=5e-3
     )
     assert float(rows["distance"][2]) == pytest.approx(truth.distance, abs=5e-3)
-    assert int(rows["strides"][1]) == len(truth.steps)
+    assert int(rows["strides"][1]) == len(truth.strides)
 
 
-def test_demo_says_that_matplotlib_is_missing(run, monkeypatch):
+def test_demo_without_matplotlib_is_an_error(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert run("demo") == Outcome(
+    assert run("demo") == CommandResult(
         1, "", "footnav: matplotlib is missing: pip install footnav[plot]\n"
     )
     assert list(Path().iterdir()) == []
@@ -423,7 +431,7 @@ def test_demo_says_that_matplotlib_is_missing(run, monkeypatch):
 
 
 def test_simulate_writes_the_recording_and_the_truth(run):
-    outcome = run(
+    result = run(
         "simulate",
         "rectangle",
         4,
@@ -437,11 +445,13 @@ def test_simulate_writes_the_recording_and_the_truth(run):
         "--truth",
         "t.npz",
     )
-    assert (outcome.status, outcome.err) == (0, "")
-    recording, truth = footnav.simulate(footnav.Route.rectangle(4.0, 2.0), seed=7, rate_hz=100)
+    assert (result.status, result.err) == (0, "")
+    recording, truth = footnav.simulate(
+        footnav.simulation.Route.rectangle(4.0, 2.0), seed=7, rate_hz=100
+    )
     np.testing.assert_array_equal(footnav.read("r.npz").accel, recording.accel)
     np.testing.assert_array_equal(load_trajectory("t.npz").position, truth.position)
-    assert f"r.npz: {len(recording):,} samples" in outcome.out
+    assert f"r.npz: {len(recording):,} samples" in result.out
 
 
 @pytest.mark.parametrize(
@@ -455,22 +465,22 @@ def test_every_route_has_a_usual_size(run, route):
 # footnav info
 
 
-def test_info_says_what_to_do(run, recording):
+def test_info_prints_the_remedies(run, recording):
     late = footnav.Recording(recording.t[700:], recording.accel[700:], recording.gyro[700:])
     save_recording(late, "late.csv")
-    outcome = run("info", "late.csv", "absent.csv")
-    assert outcome.status == 1
-    assert outcome.err == "footnav: absent.csv does not exist\n"
-    assert outcome.out == f"{footnav.diagnose(footnav.read('late.csv'))}\n\n"
-    assert "stand still for a second or more" in outcome.out
+    result = run("info", "late.csv", "absent.csv")
+    assert result.status == 1
+    assert result.err == "footnav: absent.csv does not exist\n"
+    assert result.out == f"{footnav.diagnose(footnav.read('late.csv'))}\n\n"
+    assert "stand still for a second or more" in result.out
 
 
 def test_info_examines_both_feet(run):
     write_pair(Path("pair.csv"))
-    outcome = run("info", "pair.csv", *RANGES)
-    assert outcome.status == 0
-    assert "pair.csv, left foot\n" in outcome.out
-    assert "pair.csv, right foot\n" in outcome.out
+    result = run("info", "pair.csv", *RANGES)
+    assert result.status == 0
+    assert "pair.csv, left foot\n" in result.out
+    assert "pair.csv, right foot\n" in result.out
 
 
 # The process
@@ -503,7 +513,8 @@ def test_process_with_one_file_of_two(walk):
     assert (walk.parent / "walk.track.csv").exists()
 
 
-def test_process_whose_reader_went_away(walk):
+@pytest.mark.slow
+def test_process_with_a_closed_pipe(walk):
     command = [sys.executable, "-m", "footnav", "info", str(walk)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None

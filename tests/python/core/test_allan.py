@@ -1,4 +1,4 @@
-"""Allan deviation: closed forms, an independent library, refusals, and the figures that come of it."""
+"""Allan deviation: closed forms, an independent library, refusals, and derived figures."""
 
 import math
 import signal
@@ -13,21 +13,13 @@ from scipy.signal import lfilter
 from test_cli import Run, run
 
 import footnav
-from footnav import (
-    Config,
-    Recording,
-    Sensor,
-    SensorErrors,
-    TriadErrors,
-    _core,
-    allan,
-    load_config,
-    simulate_rest,
-)
+from footnav import Config, Recording, _core, allan, load_config, simulate_rest
 from footnav.cli import main
+from footnav.config import Sensor
 from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.noise import FLICKER_FLOOR, AxisNoise, Figure, NoiseFigures, fit_axis, unit_variances
 from footnav.plot import plot_allan
+from footnav.simulation import SensorErrors, TriadErrors
 
 __all__ = ["run"]
 
@@ -53,7 +45,7 @@ def white(samples, seed=0):
 
 
 def flicker(samples, instability, seed=0):
-    """Make 1/f noise in the frequency domain: the one-sided density is B²/(pi f), at one sample a second."""
+    """Make 1/f noise in the frequency domain: one-sided density B²/(pi f), one sample a second."""
     rng = np.random.default_rng(seed)
     f = np.fft.rfftfreq(4 * samples)[1:]
     std = np.sqrt(instability**2 / (math.pi * f) * 4 * samples / 4)
@@ -121,8 +113,8 @@ def test_degrees_of_freedom_are_those_of_allantools_for_the_noise_that_the_slope
     alpha, samples
 ):
     factors, _, freedom = curve(samples)
-    # The slope at longer averaging times is too uncertain to tell the noise by, and at the shortest
-    # a walk is not one.
+    # The slope at longer averaging times is too uncertain to identify the noise, and at the
+    # shortest a walk is not one.
     where = (factors >= 4) & (factors <= 200)
     expected = [allantools.edf_simple(len(samples) + 1, int(m), alpha) for m in factors[where]]
     np.testing.assert_allclose(freedom[where], expected, rtol=1e-12)
@@ -435,7 +427,7 @@ def test_a_tilt_is_named():
 
 
 def test_a_walk_is_no_rest():
-    walk, _ = footnav.simulate(footnav.Route.straight(130.0), rate_hz=50)
+    walk, _ = footnav.simulate(footnav.simulation.Route.straight(130.0), rate_hz=50)
     with pytest.raises(DataError, match="the sensor was moved or touched"):
         allan(walk)
 

@@ -1,4 +1,4 @@
-"""Settings: the core's defaults, nothing misspelt or out of range gets through, and files give back what was saved."""
+"""Settings: the core's defaults, rejection of invalid keys and values, and files."""
 
 import re
 import subprocess
@@ -15,22 +15,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import footnav
-from footnav import (
-    AdaptiveShoe,
+from footnav import Config, _core, load_config
+from footnav.config import (
     Alignment,
     Calibration,
-    Config,
     Filter,
     HealthLimits,
-    MagnitudeVariance,
     Mechanization,
     Output,
     Sensor,
-    Shoe,
-    _core,
-    load_config,
 )
-from footnav.detectors import Detector
+from footnav.detectors import AdaptiveShoe, Detector, MagnitudeVariance, Shoe
 from footnav.errors import ConfigError, FootnavError
 from footnav.settings import by_kind
 
@@ -485,7 +480,7 @@ def test_with_heading_from_takes_the_mean_field_of_the_rest():
 
 
 def test_threads_may_ask_for_the_first_preset_at_once():
-    """In a process of its own, where no settings were ever made of JSON; what goes wrong there ends the process."""
+    """In a separate process without earlier JSON conversions; a failure there ends the process."""
     program = """
 import sys, threading, footnav
 sys.setswitchinterval(1e-6)

@@ -9,31 +9,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from footnav import (
+from footnav import Config, Navigator, Recording, Trajectory, _core, detect, load_config, track
+from footnav.config import Mechanization
+from footnav.detection import Detection
+from footnav.detectors import (
     AccelerationMagnitude,
     AdaptiveShoe,
     AngularRateEnergy,
-    Config,
-    Detection,
-    Flag,
+    Detector,
     GraphTheoretic,
     MagnitudeDebounced,
     MagnitudeVariance,
-    Mechanization,
     MovingVariance,
-    Navigator,
-    Recording,
     Shoe,
     ThreeCondition,
-    Trajectory,
     WindowedEnergies,
-    _core,
-    detect,
-    load_config,
-    track,
 )
-from footnav.detectors import Detector
 from footnav.errors import ConfigError
+from footnav.health import Flag
 from footnav.settings import by_kind
 
 DETECTORS = {kind: settings() for kind, settings in by_kind(get_args(Detector)).items()}
@@ -66,7 +59,7 @@ def over_windows(length, n, statistic):
 
 
 def shoe_statistic(rec, length, accel_std, gyro_std, gravity):
-    """Skog et al. 2010: mean of |f - g mean(f)/|mean(f)||^2 / sigma_a^2 + |w|^2 / sigma_w^2 over the window."""
+    """Skog et al. 2010: mean of |f - g mean(f)/|mean(f)||^2 / sigma_a^2 + |w|^2 / sigma_w^2."""
 
     def statistic(window):
         accel, gyro = rec.accel[window], rec.gyro[window]
@@ -122,7 +115,7 @@ def test_adaptive_shoe(window, behind, ahead, factor, floor):
 @given(seconds, rates, st.floats(0.01, 1.0), st.floats(0.001, 1.0))
 @settings(max_examples=25, deadline=None)
 def test_magnitude_variance(window, rate, magnitude_gate, variance_gate):
-    """Wu et al., eqs. 4-5: a sample moves from |f| - g at its gate, or the variance of |f| at its own."""
+    """Wu et al., eqs. 4-5: motion from |f| - g at its gate, or the variance of |f| at its own."""
     rec = recording(rate=rate)
     result = detect(
         rec,
@@ -175,7 +168,7 @@ def test_windowed_energies(window, rate, accel_std, gyro_std, accel_threshold, g
 @given(seconds, rates, limits, limits, limits)
 @settings(max_examples=25, deadline=None)
 def test_three_conditions(window, rate, band, variance_threshold, rate_threshold):
-    """Wang Libing et al. 2016: each condition is a quantity against its threshold, and they hold all together."""
+    """Wang Libing et al. 2016: a threshold for each quantity; all conditions hold together."""
     rec = recording(rate=rate)
     thresholds = {
         "magnitude_band": band,
@@ -224,7 +217,7 @@ def test_the_detectors_of_skog(window, rate, threshold):
 
 
 def contrast(points):
-    """Return the most by which points are further apart between two parts of a window than within them, on average."""
+    """Return the largest mean distance between two parts of a window, less that within them."""
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     earlier, later = np.triu_indices(len(points), 1)
     edges = apart[earlier, later]
@@ -329,7 +322,7 @@ def test_a_recording_shorter_than_the_window_has_no_stance(detector):
 
 @pytest.mark.parametrize("detector", DETECTORS.values(), ids=DETECTORS)
 def test_a_steady_foot_is_found_at_rest_and_a_shaken_one_is_not(detector):
-    """The graph tells the parts of a window apart, and shaking that is the same throughout has none."""
+    """The graph separates different parts of a window; uniform shaking has none."""
     rec = recording(n=1000)
     moving = np.sin(2 * np.pi * rec.t) > 0.5
     resting = np.sin(2 * np.pi * rec.t) < -0.5
@@ -375,7 +368,7 @@ def test_a_misspelt_detector_is_hinted_at():
 
 @pytest.mark.parametrize("kind", DETECTORS)
 def test_the_defaults_are_those_of_the_core(kind, tmp_path):
-    """An empty table of the kind is filled in by the core on its way to the statistic."""
+    """An empty table of the kind is filled in by the core before the statistic."""
     path = tmp_path / "shoe.toml"
     path.write_text(f'[detector]\nkind = "{kind}"\n')
     assert load_config(path) == Config(detector=DETECTORS[kind])
@@ -453,7 +446,7 @@ def test_the_statistic_after_a_long_time_is_as_exact_as_at_the_start():
 @pytest.mark.parametrize("start", [0.0, 1.7e9])
 @pytest.mark.parametrize("detector", DETECTORS.values(), ids=DETECTORS)
 def test_track_stops_the_foot_where_the_detector_says(detector, start):
-    """Stamps since 1970 make 199.995 Hz of 200, which must not give the two a window of another length."""
+    """Stamps since 1970 make 199.995 Hz of 200, but the length of the window is the same."""
     noise = np.random.default_rng(2).normal(size=(2, 1200, 3))
     motion = (
         np.clip(np.sin(np.arange(1200) / 20), 0, None)[:, None] * (np.arange(1200) > 400)[:, None]
@@ -492,7 +485,7 @@ def test_any_chunking_gives_the_same_states_to_the_bit(detector):
 
 @pytest.mark.parametrize("detector", DETECTORS.values(), ids=DETECTORS)
 def test_samples_too_large_to_square_are_never_stance(detector):
-    """Sums that overflow leave no number, which must not be taken for a small one; a recording refuses such samples."""
+    """Sums that overflow are not finite and never count as small; a recording rejects them."""
     rec, config = recording(n=60), Config(detector=detector).to_json()
     shaken, turned = rec.accel.copy(), rec.gyro.copy()
     shaken[20:40] = turned[20:40] = 1e200

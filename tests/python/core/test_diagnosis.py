@@ -14,7 +14,7 @@ REST = 1.5
 
 
 def walk(seconds=12.0, rate=RATE, seed=1):
-    """Return stamps, specific force and angular rate of a foot that rests, then swings for half of every second."""
+    """Return stamps and samples of a foot that rests, then swings for half of every second."""
     t = np.arange(round(seconds * rate)) / rate
     noise = np.random.default_rng(seed)
     phase = np.where(t < REST, 0.0, np.minimum((t - REST) % 1.0, 0.5) * 2)

@@ -14,7 +14,8 @@ from test_trajectory import walk
 
 from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.evaluation import evaluate, find_alignment, path_length
-from footnav.trajectory import Displacement, Trajectory
+from footnav.summary import Displacement
+from footnav.trajectory import Trajectory
 
 NUMBERS = [
     "armse",
@@ -133,7 +134,10 @@ def test_least_squares_are_least() -> None:
 
 
 def test_yaw_is_taken_at_the_first_sample_beyond_the_distance() -> None:
-    """The estimate goes east, turns off at 0.8 m; the truth goes north: from there on the two part."""
+    """The estimate goes east, turns off at 0.8 m; the truth goes north.
+
+    From there on the two part.
+    """
     along = np.column_stack([np.linspace(0, 0.8, 9), np.zeros(9), np.zeros(9)])
     off = along[-1] + np.column_stack([np.zeros(8), np.linspace(0.1, 0.8, 8), np.zeros(8)])
     estimate = np.vstack([along, off])
@@ -153,7 +157,7 @@ def test_alignment_can_be_undone(align: str) -> None:
 
 
 def test_walk_on_the_spot_is_aligned_with_a_warning() -> None:
-    """There is no sample 0.8 m away; the farthest one is taken, and said."""
+    """There is no sample 0.8 m away; the farthest one is used, with a warning."""
     traj = walk(10, 50)
     small = dataclasses.replace(traj, position=traj.position * 0.05)
     with pytest.warns(FootnavWarning, match=r"stays within 0\.\d\d m .*umeyama-yaw"):
@@ -201,14 +205,14 @@ def test_truth_is_never_extrapolated() -> None:
     ],
 )
 def test_truth_that_does_not_fit_is_refused(truth: Any, message: str) -> None:
-    """The message says what is wrong with it."""
+    """The message names the error."""
     traj = walk(10, 50)
     assert len(traj) == 801
     with pytest.raises(DataError, match=message):
         evaluate(traj[:701], truth)
 
 
-def test_estimate_that_cannot_be_judged_is_refused() -> None:
+def test_estimate_that_cannot_be_evaluated_is_refused() -> None:
     """Too short, or not finite."""
     traj = walk(10, 50)
     with pytest.raises(DataError, match="the track has 1 samples"):

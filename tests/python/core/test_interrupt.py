@@ -13,23 +13,13 @@ import numpy as np
 import pytest
 
 import footnav
-from footnav import (
-    Config,
-    GraphTheoretic,
-    Output,
-    Recording,
-    SensorErrors,
-    Smoother,
-    _core,
-    detect,
-    simulate,
-    simulate_rest,
-    track,
-    track_many,
-)
+from footnav import Config, Recording, _core, detect, simulate, simulate_rest, track, track_many
+from footnav.config import Output, Smoother
+from footnav.detectors import GraphTheoretic
+from footnav.simulation import SensorErrors
 
 PATIENCE = 60.0
-"""s; after this long a test that nobody interrupts fails."""
+"""s; a test without an interrupt fails after this time."""
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +29,9 @@ def walk():
 
 
 def interrupt_as_it_begins(monkeypatch, name):
-    """Let control-C be pressed just before the core begins, and return a list of what it completed nevertheless.
+    """Simulate control-C just before the core begins; return a list of completed calls.
 
-    All of it is one call of the interpreter, which has no chance to look at the keyboard itself.
+    All of it is one call of the interpreter, which cannot check for interrupts itself.
     """
     complete, core = [], getattr(_core, name)
 
@@ -61,7 +51,7 @@ def interrupt_as_it_begins(monkeypatch, name):
         ("detect", lambda walk: detect(walk, GraphTheoretic())),
     ],
 )
-def test_the_core_looks_at_the_keyboard(monkeypatch, walk, name, work):
+def test_the_core_checks_for_interrupts(monkeypatch, walk, name, work):
     complete = interrupt_as_it_begins(monkeypatch, name)
     with pytest.raises(KeyboardInterrupt):
         work(walk)
@@ -82,7 +72,7 @@ def test_a_batch_ends_between_two_blocks(walk, config):
     assert shares[0] < 1.0
 
 
-def test_a_smoother_ends_on_its_way_back(walk):
+def test_a_smoother_is_cancelled_in_its_backward_pass(walk):
     shares = []
 
     def press_control_c(share):
@@ -99,14 +89,14 @@ def test_a_smoother_ends_on_its_way_back(walk):
 
 @pytest.fixture
 def endless(monkeypatch):
-    """Let all recordings but those named "short" take for ever, or until their thread is told to end.
+    """Let all recordings but those named "short" run until their thread is cancelled.
 
-    Returns an event that says that one has begun, one that says that it has ended, and a list of
+    Returns events for the start and for the end of one, and a list of
     those that have not.
     """
     begun, ended, given_up = threading.Event(), threading.Event(), []
 
-    def track_for_ever(recording, config, *, progress):
+    def track_endlessly(recording, config, *, progress):
         if recording.name == "short":
             return track(recording)
         begun.set()
@@ -118,7 +108,7 @@ def endless(monkeypatch):
         finally:
             ended.set()
 
-    monkeypatch.setattr(footnav.many, "track_quietly", track_for_ever)
+    monkeypatch.setattr(footnav.many, "track_quietly", track_endlessly)
     return begun, ended, given_up
 
 
@@ -143,7 +133,7 @@ def test_threads_end_with_the_one_that_waits_for_them(endless):
     assert given_up == []
 
 
-def test_threads_end_when_nobody_wants_their_tracks_any_more(endless):
+def test_threads_end_with_the_iteration(endless):
     begun, ended, given_up = endless
     outcomes = track_many([rest("short"), rest("long")])
     assert len(next(outcomes).trajectory) == 300

@@ -1,4 +1,7 @@
-"""The heading that a magnetometer holds: a walk whose gyroscope drifts, in the field of the Earth and in bent ones."""
+"""The heading that a magnetometer holds.
+
+A walk whose gyroscope drifts, in the field of the Earth and in bent ones.
+"""
 
 import dataclasses
 import re
@@ -10,18 +13,15 @@ from scipy.spatial.transform import Rotation
 
 from footnav import (
     Config,
-    Filter,
     FootnavWarning,
-    Magnetometer,
     Navigator,
-    Output,
     Recording,
-    Smoother,
     Trajectory,
     simulate,
     track,
     track_many,
 )
+from footnav.config import Filter, Magnetometer, Output, Smoother
 from footnav.errors import ConfigError, DataError
 
 RATE = 100.0
@@ -44,7 +44,7 @@ COLUMNS = (
 
 @pytest.fixture(scope="module")
 def walk():
-    """Return a walk of 160 m without a magnetometer, and the rotation from n to the sensor at each of its samples."""
+    """Return a walk of 160 m without magnetometer, and the rotation n to b of each sample."""
     recording, truth = simulate(
         [[0, 0], [40, 0], [40, 40], [0, 40], [0, 0]], sensor="ideal", rate_hz=RATE, seed=1
     )
@@ -54,7 +54,7 @@ def walk():
 
 
 def with_field(walk, turned_deg=0.0, strength=1.0):
-    """Return the walk with a magnetometer in a field turned about the vertical and stretched, at each sample."""
+    """Return the walk with a magnetometer in a field turned about the vertical and stretched."""
     recording, to_sensor = walk
     turned = Rotation.from_rotvec(
         np.outer(np.radians(turned_deg * np.ones(len(recording))), [0, 0, 1])
@@ -111,7 +111,7 @@ def test_the_field_holds_the_heading_of_a_gyroscope_that_drifts(walk):
 
 
 @pytest.mark.parametrize("smoother", ["stepwise", "rts"])
-def test_a_smoother_goes_back_over_it(walk, smoother):
+def test_a_smoother_refines_it(walk, smoother):
     recording = with_field(walk)
     greatest = [
         np.abs(
@@ -140,7 +140,7 @@ def test_a_bent_field_is_rejected(walk, bent):
     assert np.abs(heading_errors(disturbed, walk)).max() < 1.2 * undisturbed
 
 
-def test_a_field_that_is_bent_at_the_start_only_is_of_no_use_and_says_so(walk):
+def test_a_field_that_is_disturbed_at_the_start_is_rejected_later_and_reported(walk):
     recording = with_field(walk, turned_deg=90.0 * between(walk, -1, 3))
     with pytest.warns(
         FootnavWarning,
@@ -201,7 +201,7 @@ def test_a_navigator_forgets_the_field_on_reset(walk):
     )
 
 
-def test_a_walk_that_goes_on_after_a_gap_finds_its_heading_again(walk):
+def test_the_heading_is_recovered_after_a_gap(walk):
     recording = with_field(walk)
     keep = ~between(walk, 60, 75)
     gappy = Recording(*(column[keep] for column in columns(recording)))
@@ -216,8 +216,11 @@ def test_a_walk_that_goes_on_after_a_gap_finds_its_heading_again(walk):
     assert abs(turned[1]) < np.radians(5)
 
 
-def test_without_a_magnetometer_the_error_says_what_to_do(walk):
-    cure = r"magnetometer\.heading is set, but there is no reading.*pass its readings.*or leave the setting out"
+def test_without_a_magnetometer_the_error_has_a_remedy(walk):
+    cure = (
+        r"magnetometer\.heading is set, but there is no reading.*pass its readings.*"
+        r"or leave the setting out"
+    )
     with pytest.raises(DataError, match=f"simulated 1: {cure}"):
         track(walk[0], HELD)
     with pytest.raises(DataError, match=cure):
@@ -268,7 +271,7 @@ def test_settings_out_of_range_are_named(settings, message):
         Config(magnetometer=Magnetometer(**settings))
 
 
-def test_only_a_kalman_filter_can_be_told_a_heading():
+def test_only_a_kalman_filter_takes_a_heading():
     with pytest.raises(
         ConfigError, match=r"magnetometer\.heading corrects.*set filter\.kind = \"kf\""
     ):
@@ -278,16 +281,16 @@ def test_only_a_kalman_filter_can_be_told_a_heading():
 def test_tracks_of_other_fields_are_kept_apart(walk, tmp_path):
     fields = (with_field(walk), with_field(walk, strength=1 + 0.2 * between(walk, 60, 70)))
     resumed = [
-        [outcome.resumed for outcome in track_many(fields, config, folder=tmp_path)]
+        [result.resumed for result in track_many(fields, config, folder=tmp_path)]
         for config in (HELD, HELD, Config())
     ]
     assert resumed[:2] == [[False, False], [True, True]]
 
 
-def test_the_health_tells_of_the_field(walk):
+def test_the_health_counts_magnetic_updates(walk):
     used, rejected = counts(track(with_field(walk), HELD))
-    told = str(track(with_field(walk), HELD).health)
-    assert f"{used:,} magnetic updates ({rejected:,} rejected)." in told
+    described = str(track(with_field(walk), HELD).health)
+    assert f"{used:,} magnetic updates ({rejected:,} rejected)." in described
     assert "magnetic" not in str(track(walk[0]).health)
 
 

@@ -1,4 +1,7 @@
-"""Many recordings: the tracks of `track` to the bit, wherever they are made, and no failure loses the others."""
+"""Many recordings.
+
+The tracks of `track` to the bit, wherever they are made, and no failure loses the others.
+"""
 
 import functools
 import os
@@ -10,19 +13,10 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from footnav import (
-    Config,
-    Gait,
-    Recording,
-    Route,
-    SensorErrors,
-    Shoe,
-    read,
-    simulate,
-    track,
-    track_many,
-)
+from footnav import Config, Recording, read, simulate, track, track_many
+from footnav.detectors import Shoe
 from footnav.errors import DataError
+from footnav.simulation import Gait, Route, SensorErrors
 
 
 @pytest.fixture(scope="module")
@@ -45,14 +39,12 @@ def files(walks, tmp_path_factory):
     return paths
 
 
-def assert_tracks(outcomes, recordings, config=None):
-    assert [outcome.index for outcome in outcomes] == list(range(len(recordings)))
-    for outcome, recording in zip(outcomes, recordings, strict=True):
+def assert_tracks(results, recordings, config=None):
+    assert [result.index for result in results] == list(range(len(recordings)))
+    for result, recording in zip(results, recordings, strict=True):
+        np.testing.assert_array_equal(result.trajectory.position, track(recording, config).position)
         np.testing.assert_array_equal(
-            outcome.trajectory.position, track(recording, config).position
-        )
-        np.testing.assert_array_equal(
-            outcome.trajectory.position_std, track(recording, config).position_std
+            result.trajectory.position_std, track(recording, config).position_std
         )
 
 
@@ -62,9 +54,9 @@ def test_the_tracks_are_those_of_one_after_the_other(walks):
 
 
 def test_paths_are_read_where_they_are_tracked(files):
-    outcomes = list(track_many(files))
-    assert [outcome.name for outcome in outcomes] == [path.stem for path in files]
-    assert_tracks(outcomes, [read(path) for path in files])
+    results = list(track_many(files))
+    assert [result.name for result in results] == [path.stem for path in files]
+    assert_tracks(results, [read(path) for path in files])
 
 
 def test_a_reader_with_options(files):
@@ -75,19 +67,19 @@ def test_a_reader_with_options(files):
 @pytest.mark.parametrize("ordered", [True, False])
 def test_any_executor_will_do(ordered, files):
     with ThreadPoolExecutor(3) as threads:
-        outcomes = list(track_many(files, executor=threads, ordered=ordered))
+        results = list(track_many(files, executor=threads, ordered=ordered))
         assert threads.submit(int).result() == 0
-    assert_tracks(
-        sorted(outcomes, key=lambda outcome: outcome.index), [read(path) for path in files]
-    )
+    assert_tracks(sorted(results, key=lambda result: result.index), [read(path) for path in files])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the start of a process is slow there")
 def test_processes(files):
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         assert_tracks(list(track_many(files, executor=processes)), [read(path) for path in files])
 
 
+@pytest.mark.slow
 def test_a_cluster(files):
     distributed = pytest.importorskip("distributed")
     with (
@@ -105,27 +97,27 @@ def test_one_that_fails_does_not_lose_the_others(files, tmp_path):
     broken = tmp_path / "broken.csv"
     broken.write_text("t,ax,ay,az,gx,gy,gz\n0.0,1,2\n")
     sources = [files[0], broken, tmp_path / "absent.csv", files[1]]
-    outcomes = list(track_many(sources))
-    assert [outcome.error is None for outcome in outcomes] == [True, False, False, True]
+    results = list(track_many(sources))
+    assert [result.error is None for result in results] == [True, False, False, True]
     with pytest.raises(DataError, match=r"broken.csv"):
-        _ = outcomes[1].trajectory
+        _ = results[1].trajectory
     with pytest.raises(DataError, match=r"absent.csv does not exist"):
-        _ = outcomes[2].trajectory
-    assert_tracks([outcomes[0]], [read(files[0])])
+        _ = results[2].trajectory
+    assert_tracks([results[0]], [read(files[0])])
 
 
-def test_a_reader_that_raises_anything_fails_alone(files):
+def test_an_exception_of_a_reader_affects_one_recording(files):
     def reader(path):
         if path == files[2]:
             raise KeyError("no such column")
         return read(path)
 
-    outcomes = list(track_many(files, reader=reader))
-    assert [outcome.index for outcome in outcomes if outcome.error is not None] == [2]
-    assert isinstance(outcomes[2].error, KeyError)
+    results = list(track_many(files, reader=reader))
+    assert [result.index for result in results if result.error is not None] == [2]
+    assert isinstance(results[2].error, KeyError)
 
 
-def test_a_run_goes_on_where_an_earlier_one_stopped(files, tmp_path):
+def test_a_run_resumes_an_earlier_one(files, tmp_path):
     folder = tmp_path / "tracks"
     some = track_many(files, folder=folder)
     next(some)
@@ -133,17 +125,17 @@ def test_a_run_goes_on_where_an_earlier_one_stopped(files, tmp_path):
     some.close()
     started = len(list(folder.glob("*.npz")))
     assert started >= 2
-    outcomes = list(track_many(files, folder=folder))
-    assert sum(outcome.resumed for outcome in outcomes) >= started
-    assert_tracks(outcomes, [read(path) for path in files])
-    assert all(outcome.resumed for outcome in track_many(files, folder=folder))
+    results = list(track_many(files, folder=folder))
+    assert sum(result.resumed for result in results) >= started
+    assert_tracks(results, [read(path) for path in files])
+    assert all(result.resumed for result in track_many(files, folder=folder))
 
 
-def test_other_settings_samples_or_readers_are_tracked_anew(walks, files, tmp_path):
+def test_other_settings_samples_or_readers_are_tracked_again(walks, files, tmp_path):
     def resumed(*arguments, **options):
         return [
-            outcome.resumed
-            for outcome in track_many(*arguments, folder=tmp_path / "tracks", **options)
+            result.resumed
+            for result in track_many(*arguments, folder=tmp_path / "tracks", **options)
         ]
 
     assert not any(resumed(files[:2]) + resumed(walks[:2]))
@@ -166,10 +158,10 @@ def test_recordings_are_taken_as_workers_become_free(walks):
             taken.append(len(taken))
             yield walks[0]
 
-    outcomes = track_many(endless())
-    next(outcomes)
+    results = track_many(endless())
+    next(results)
     assert len(taken) <= 2 * (os.cpu_count() or 1) + 2
-    outcomes.close()
+    results.close()
 
 
 def test_no_thread_is_left(walks):
@@ -180,5 +172,5 @@ def test_no_thread_is_left(walks):
 
 def test_a_folder_that_cannot_be_made(tmp_path, walks):
     (tmp_path / "file").write_text("")
-    with pytest.raises(DataError, match=r"file.*cannot be made a folder"):
+    with pytest.raises(DataError, match=r"file.*cannot be created"):
         next(track_many(walks, folder=tmp_path / "file"))

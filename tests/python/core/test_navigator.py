@@ -1,4 +1,4 @@
-"""Streaming: the numbers of the batch in any chunking, late by a fixed number of samples, and never corrupted."""
+"""Streaming: the numbers of the batch in any chunking, with a fixed latency."""
 
 import dataclasses
 import io
@@ -14,22 +14,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from footnav import (
-    AdaptiveShoe,
-    Alignment,
-    Config,
-    Filter,
-    Flag,
-    MagnitudeVariance,
-    Mechanization,
-    Navigator,
-    Recording,
-    Shoe,
-    Status,
-    Trajectory,
-    track,
-)
+from footnav import Config, Navigator, Recording, Trajectory, track
+from footnav.config import Alignment, Filter, Mechanization
+from footnav.detectors import AdaptiveShoe, MagnitudeVariance, Shoe
 from footnav.errors import BusyError, ConfigError, DataError
+from footnav.health import Flag, Status
 
 RATE = 100.0
 COLUMNS = (
@@ -53,9 +42,9 @@ CONFIGS = {
 
 
 def walk():
-    """Return stamps, specific force and angular rate of rest, four swings of a foot, and rest, with white noise.
+    """Return stamps, force and rate of rest, four swings of a foot, and rest, with white noise.
 
-    Exact in single precision, so that the same walk can come in as float32.
+    Exact in single precision, so that the same walk can be given as float32.
     """
     t = np.arange(750) / 128 * 1.28
     swing = np.sin(np.pi * np.clip((t - 2) % 1.0 / 0.5, 0, 1)) * ((t > 2) & (t < 6))
@@ -96,7 +85,7 @@ def in_blocks(navigator, samples, cuts):
 
 
 def push_all(navigator, samples):
-    """Push sample by sample; return what each push said and the state that was newest after it."""
+    """Push sample by sample; return the result of each push and the newest state after it."""
     rows = np.column_stack(samples).tolist()
     return [
         (navigator.push(*row), navigator.t, navigator.position, navigator.quaternion)
@@ -120,6 +109,7 @@ def batch():
         return {name: track(Recording(*samples), config) for name, config in CONFIGS.items()}
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 744), max_size=12), st.sampled_from(sorted(CONFIGS)))
 @example([], "default")
 @example([0, 0, 744, 744], "default")
@@ -136,7 +126,7 @@ def test_any_chunking_gives_the_batch_to_the_bit(batch, cuts, name):
 
 
 @pytest.mark.parametrize("name", CONFIGS)
-def test_state_k_comes_out_with_push_k_plus_latency(batch, name):
+def test_state_k_is_output_with_push_k_plus_latency(batch, name):
     samples = rough_walk()
     navigator = Navigator(CONFIGS[name], Recording(*samples).rate_hz)
     expected = batch[name]
@@ -161,7 +151,7 @@ def test_as_many_rows_as_samples_after_flush(n, name):
     assert navigator.health.counters.samples == n
 
 
-def test_nothing_comes_out_of_nothing():
+def test_no_samples_give_no_states():
     navigator = Navigator(rate_hz=RATE)
     assert len(navigator.push_block(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))) == 0
     assert len(navigator.flush()) == 0
@@ -173,7 +163,7 @@ def test_latency_is_the_look_ahead_and_half_a_window(seconds):
     assert Navigator(Config(detector=detector), RATE).latency == round(seconds * RATE) + 3
 
 
-def test_there_is_no_state_before_the_first_came_out():
+def test_there_is_no_state_before_the_first_output():
     navigator = Navigator(rate_hz=RATE)
     attributes = (
         "t",
@@ -202,7 +192,7 @@ def test_states_stay_at_the_origin_while_the_start_is_aligned():
     assert not states.velocity[aligning].any()
 
 
-def test_attributes_are_the_row_that_came_out():
+def test_attributes_are_the_row_that_is_output():
     samples = walk()
     navigator = Navigator(rate_hz=RATE)
     states = navigator.push_block(*(column[:500] for column in samples))
@@ -221,7 +211,7 @@ def test_attributes_are_the_row_that_came_out():
 
 
 @pytest.mark.parametrize(("interval", "tolerance"), [(0.0, 1e-12), (0.02, 1e-3)])
-def test_the_position_is_as_uncertain_as_the_covariance_says(interval, tolerance):
+def test_position_errors_agree_with_the_covariance(interval, tolerance):
     navigator = Navigator(Config(filter=Filter(covariance_interval=interval)), rate_hz=RATE)
     t, accel, gyro = walk()
     compared = 0
@@ -278,7 +268,7 @@ def test_now_at_rest_is_the_state_at_the_newest_stamp():
     assert now.t - navigator.t == pytest.approx(navigator.latency / RATE)
 
 
-def test_now_is_the_newest_state_carried_forward_by_the_strapdown_alone():
+def test_now_is_the_newest_state_extrapolated_by_the_strapdown():
     t, accel, gyro = rest(400)
     accel[350:, 0] = 0.8
     navigator = Navigator(rate_hz=RATE)
@@ -309,7 +299,7 @@ def test_now_after_flush_is_the_last_state():
 
 
 @pytest.mark.parametrize("after", [0, 40, 500, 750])
-def test_reset_begins_anew(after):
+def test_reset_restarts_the_navigator(after):
     samples = walk()
     fresh = in_blocks(Navigator(rate_hz=RATE), samples, [])
     navigator = Navigator(rate_hz=RATE)
@@ -348,9 +338,7 @@ def test_data_that_were_ended_take_no_more_until_reset():
         (5, np.nan, "gyro_y"),
     ],
 )
-def test_a_sample_that_is_not_finite_is_refused_and_counted_and_the_rest_goes_on(
-    at, column, value, named
-):
+def test_a_sample_that_is_not_finite_is_refused_and_counted(at, column, value, named):
     samples = walk()
     expected = in_blocks(Navigator(rate_hz=RATE), samples, [])
     navigator = Navigator(rate_hz=RATE)
@@ -465,15 +453,18 @@ def test_a_column_of_a_block_is_made_once_and_cannot_be_written():
     block = Navigator(rate_hz=RATE).push_block(*walk())
     assert block.position is block.position
     assert block.health is block.health
-    assert (block.name, block.filter_steps) == ("", None)
+    assert (block.name, block.filter_strides) == ("", None)
     for name in COLUMNS:
         assert not getattr(block, name).flags.writeable
-    with pytest.raises(AttributeError, match="'Trajectory' object has no attribute 'positions'"):
+    with pytest.raises(AttributeError, match="Trajectory' object has no attribute 'positions'"):
         block.positions  # noqa: B018
     assert_same(pickle.loads(pickle.dumps(block)), block)
+    named = dataclasses.replace(block, name="block")
+    assert_same(named, block)
+    assert (named.name, named.frame, named.health) == ("block", block.frame, block.health)
 
 
-def test_the_arrays_that_came_in_are_not_written():
+def test_input_arrays_are_not_written():
     samples = walk()
     before = tuple(column.copy() for column in samples)
     in_blocks(Navigator(rate_hz=RATE), samples, [])
@@ -505,7 +496,10 @@ def eager_threads():
 
 @pytest.mark.usefixtures("eager_threads")
 def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
-    """One pushes the walk and tries again when it is turned away; the other looks, and pushes what must be refused."""
+    """One pushes the walk and tries again when it is turned away.
+
+    The other reads, and pushes samples that must be refused.
+    """
     samples = walk()
     expected = in_blocks(Navigator(rate_hz=RATE), samples, [])
     navigator = Navigator(rate_hz=RATE)
@@ -549,9 +543,12 @@ def test_two_threads_on_one_navigator_get_an_error_or_a_correct_result():
     assert_same(states, expected, [name for name in COLUMNS if name != "flags"])
 
 
-def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
-    """A detector that looks at its own navigator stands for the other thread: it always comes at the wrong moment."""
-    complaints = []
+def test_a_concurrent_call_raises_and_changes_nothing():
+    """A detector that reads its own navigator takes the place of the other thread.
+
+    It always comes at the wrong moment.
+    """
+    errors = []
 
     class Nosy:
         latency = 0
@@ -566,7 +563,7 @@ def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
                     BusyError, match=r"another call is at work.*its own navigator"
                 ) as error:
                     attempt()
-                complaints.append(error)
+                errors.append(error)
             return False
 
         def reset(self):
@@ -575,11 +572,12 @@ def test_a_call_while_another_is_at_work_says_what_to_do_and_changes_nothing():
     navigator = Navigator(rate_hz=RATE, detector=Nosy())
     samples = [column[:5] for column in walk()]
     assert len(navigator.push_block(*samples)) == 5
-    assert len(complaints) == 15
+    assert len(errors) == 15
     assert navigator.health.counters.samples == 5
 
 
-def test_the_kernel_for_every_processor_leads_to_the_same_place():
+@pytest.mark.slow
+def test_the_portable_kernel_gives_the_same_track():
     """The kernel is chosen once per process, so the other one runs in a process of its own."""
     program = (
         "import sys, numpy as np, footnav;"

@@ -128,6 +128,7 @@ def test_empty_track_is_refused(traj: Trajectory) -> None:
             plot(traj[:0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [1, 2, 150])
 def test_short_tracks_are_drawn(traj: Trajectory, samples: int) -> None:
     """One sample, and a rest without a stride, do not trip matplotlib."""
@@ -152,6 +153,7 @@ def test_overview_has_a_panel_for_each_view(traj: Trajectory) -> None:
     assert figure.axes[3].get_xlim() == (3, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "start"),
     [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF"), (".PNG", b"\x89PNG")],
@@ -168,7 +170,7 @@ def test_unknown_picture_is_refused(traj: Trajectory, tmp_path: Path) -> None:
         save_overview(traj, tmp_path / "walk.bmp")
 
 
-def test_old_picture_survives_a_failure(
+def test_old_picture_is_unchanged_after_a_failure(
     traj: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A full disk leaves what was there."""
@@ -194,11 +196,12 @@ def test_missing_matplotlib_names_its_cure(
         overview(traj)
 
 
-def test_pyplot_is_left_alone(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_pyplot_is_not_used(tmp_path: Path) -> None:
     """A program that has chosen its own backend keeps it."""
     walk(2).save(tmp_path / "walk.npz")
     script = (
-        "import sys; from footnav.export import load_trajectory; from footnav.plot import save_overview\n"
+        "import sys; from footnav.trajectory import load_trajectory; from footnav.plot import save_overview\n"
         f"save_overview(load_trajectory({str(tmp_path / 'walk.npz')!r}), {str(tmp_path / 'walk.png')!r})\n"
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
@@ -209,7 +212,7 @@ def test_pyplot_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_each_condition_has_a_panel_in_units_of_its_threshold() -> None:
-    """And the last one is what all of them say together."""
+    """And the last one is their conjunction."""
     rng = np.random.default_rng(5)
     moving = np.repeat([0.0, 1.0, 0.0], 100)[:, None]
     accel = np.array([0.0, 0.0, 9.81]) + (0.01 + 3 * moving) * rng.normal(size=(300, 3))

@@ -1,4 +1,4 @@
-"""A recording takes what is array-like, and refuses what cannot be tracked with a message that helps."""
+"""A recording accepts array-likes, and rejects invalid samples with a helpful message."""
 
 import pickle
 

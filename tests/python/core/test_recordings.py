@@ -1,33 +1,29 @@
-"""Real recordings with the default settings: finite tracks, the accuracy that is promised, and honest health."""
+"""Real recordings with the default settings.
+
+Finite tracks, the documented accuracy, and correct health.
+"""
 
 import warnings
 
 import numpy as np
 import pytest
 
-from footnav import (
-    AdaptiveShoe,
-    Config,
-    Filter,
-    Flag,
-    FootnavWarning,
-    Navigator,
-    Recording,
-    Status,
-    Trajectory,
-    evaluate,
-    read,
-    track,
-)
+from footnav import Config, FootnavWarning, Navigator, Recording, Trajectory, evaluate, read, track
+from footnav.config import Filter
+from footnav.detectors import AdaptiveShoe
 from footnav.evaluation import path_length
+from footnav.health import Flag, Status
 from footnav.tracking import with_ranges_of
 
 ACCEL_RANGES = (2, 4, 8, 16)
 GYRO_RANGES = (250, 500, 1000, 2000)
 
 
-def quietly(recording, config=None):
-    """Track, with the default settings if no others are given; what is said of the recording is looked at elsewhere."""
+def track_without_warnings(recording, config=None):
+    """Track, with the default settings if no others are given.
+
+    Warnings are tested elsewhere.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FootnavWarning)
         return track(recording, config)
@@ -51,7 +47,7 @@ def mpu6050_pairs(folder):
 
 
 def armse(states, truth):
-    """Return the mean of sqrt((dx^2 + dy^2) / 2), m, starts joined and yaw aligned 0.8 m away from the start.
+    """Return the ARMSE, m: starts joined, yaw aligned 0.8 m from the start.
 
     Wagstaff et al. 2019; a track that stays nearer is aligned at its sample 300.
     """
@@ -68,12 +64,12 @@ def armse(states, truth):
 
 
 def horizontal_closing(states):
-    """Return the horizontal distance from start to end, m, and in percent of the way."""
+    """Return the horizontal distance from start to end, m, and in percent of the distance."""
     error = np.hypot(*(states.position[-1] - states.position[0])[:2])
     return error, 100 * error / path_length(states.t, states.position)
 
 
-def assert_sound(states, recording):
+def assert_valid(states, recording):
     """One finite row per sample, in the order of time, with quaternions that are rotations."""
     np.testing.assert_array_equal(states.t, recording.t)
     for column in ("position", "velocity", "quaternion", "position_std", "gyro_bias", "accel_bias"):
@@ -86,21 +82,25 @@ def assert_sound(states, recording):
 def vicon(data_dir):
     """Track the recordings with the truth of optical motion capture."""
     return [
-        (recording, truth, quietly(recording)) for recording, truth in archives(data_dir / "vicon")
+        (recording, truth, track_without_warnings(recording))
+        for recording, truth in archives(data_dir / "vicon")
     ]
 
 
 @pytest.fixture(scope="module")
 def openshoe(data_dir):
     """Track the closed walks."""
-    return [(recording, quietly(recording)) for recording, _ in archives(data_dir / "openshoe")]
+    return [
+        (recording, track_without_warnings(recording))
+        for recording, _ in archives(data_dir / "openshoe")
+    ]
 
 
 @pytest.fixture(scope="module")
 def mpu6050(data_dir):
-    """Track the closed walks of a cheap sensor, and say whether their ranges hold them."""
+    """Track the closed walks of an MPU6050, and return whether their ranges suffice."""
     return [
-        (recording, holds, quietly(recording))
+        (recording, holds, track_without_warnings(recording))
         for recording, holds in mpu6050_pairs(data_dir / "mpu6050")
     ]
 
@@ -109,13 +109,13 @@ def mpu6050(data_dir):
 def xio(data_dir):
     """Track a closed walk with repeated stamps and gaps."""
     recording = read(data_dir / "xio" / "short_walk.csv")
-    return recording, quietly(recording)
+    return recording, track_without_warnings(recording)
 
 
-def test_vicon_is_sound_and_as_accurate_as_promised(vicon):
+def test_vicon_is_sound_and_as_accurate_as_documented(vicon):
     assert len(vicon) == 28
     for recording, _, states in vicon:
-        assert_sound(states, recording)
+        assert_valid(states, recording)
     assert np.mean([armse(states, truth) for _, truth, states in vicon]) <= 0.10
 
 
@@ -125,7 +125,7 @@ def test_carrying_the_covariance_over_several_samples_at_once_moves_the_track_by
     step_by_step = Config(filter=Filter(covariance_interval=0.0))
     moved, errors = [], []
     for recording, truth, states in vicon:
-        other = quietly(recording, step_by_step)
+        other = track_without_warnings(recording, step_by_step)
         moved.append(np.linalg.norm(states.position - other.position, axis=1).max())
         errors.append(armse(states, truth) - armse(other, truth))
         np.testing.assert_allclose(states.position_std, other.position_std, rtol=0.01)
@@ -133,18 +133,18 @@ def test_carrying_the_covariance_over_several_samples_at_once_moves_the_track_by
     assert abs(np.mean(errors)) < 1e-4
 
 
-def test_openshoe_is_sound_and_closes_as_promised(openshoe):
+def test_openshoe_is_sound_and_closes_as_documented(openshoe):
     assert len(openshoe) == 7
     for recording, states in openshoe:
-        assert_sound(states, recording)
+        assert_valid(states, recording)
         assert path_length(states.t, states.position) == pytest.approx(79, rel=0.1)
     assert np.median([horizontal_closing(states)[1] for _, states in openshoe]) <= 0.25
 
 
-def test_mpu6050_is_sound_and_closes_as_promised_where_nothing_clips(mpu6050):
+def test_mpu6050_is_sound_and_closes_as_documented_where_nothing_clips(mpu6050):
     assert len(mpu6050) == 14
     for recording, _, states in mpu6050:
-        assert_sound(states, recording)
+        assert_valid(states, recording)
     held = [horizontal_closing(states)[1] for _, holds, states in mpu6050 if holds]
     assert len(held) >= 4
     assert np.median(held) <= 1.0
@@ -159,13 +159,13 @@ def test_mpu6050_that_clips_is_counted_and_flagged(mpu6050):
         assert (Flag.CLIPPED in states.health.flags) == at_the_end, recording.name
 
 
-def test_xio_is_sound_and_closes_as_promised(xio):
+def test_xio_is_sound_and_closes_as_documented(xio):
     recording, states = xio
-    assert_sound(states, recording)
+    assert_valid(states, recording)
     assert horizontal_closing(states)[0] <= 0.08
 
 
-def test_xio_counts_what_is_wrong_with_its_stamps(xio):
+def test_xio_counts_defects_of_its_stamps(xio):
     recording, states = xio
     intervals = np.diff(recording.t)
     counters = states.health.counters
@@ -179,7 +179,7 @@ def test_xio_counts_what_is_wrong_with_its_stamps(xio):
         track(recording)
 
 
-def test_live_is_less_than_three_tenths_of_a_second_late_and_as_accurate_as_promised(
+def test_live_is_less_than_three_tenths_of_a_second_late_and_as_accurate_as_documented(
     vicon, openshoe, mpu6050, xio
 ):
     live = Config(detector=AdaptiveShoe.live())

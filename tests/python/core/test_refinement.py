@@ -1,4 +1,7 @@
-"""What is done beside and after the filter: dead reckoning, attitude updates, corrections, smoothers, levelling."""
+"""What is done beside and after the filter.
+
+Dead reckoning, attitude updates, corrections, smoothers, levelling.
+"""
 
 import itertools
 
@@ -6,24 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footnav import (
-    Alignment,
-    Config,
-    Correction,
-    Filter,
-    Flag,
-    Gait,
-    Navigator,
-    Recording,
-    Route,
-    SensorErrors,
-    Smoother,
-    Trajectory,
-    load_config,
-    simulate,
-    track,
-)
+from footnav import Config, Navigator, Recording, Trajectory, load_config, simulate, track
+from footnav.config import Alignment, Correction, Filter, Smoother
 from footnav.errors import ConfigError, DataError
+from footnav.health import Flag
+from footnav.simulation import Gait, Route, SensorErrors
 from footnav.tracking import with_ranges_of
 
 KINDS = {
@@ -93,13 +83,13 @@ class TestFilterKinds:
         assert states.health.counters.zero_angular_rate_updates == 0
 
     @pytest.mark.filterwarnings("ignore:.*not seen at rest")
-    def test_the_strapdown_alone_takes_no_notice_of_stances(self, walk):
+    def test_the_free_inertial_solution_ignores_stances(self, walk):
         recording, _ = walk
         unaided = track(
-            recording, Config(filter=Filter(kind="ins")), stationary=np.ones(len(recording), bool)
+            recording, Config(filter=Filter(kind="ins")), detector=np.ones(len(recording), bool)
         )
         aided_by_rest = Config(filter=Filter(zero_angular_rate=False))
-        never = track(recording, aided_by_rest, stationary=np.zeros(len(recording), bool))
+        never = track(recording, aided_by_rest, detector=np.zeros(len(recording), bool))
         np.testing.assert_array_equal(unaided.position, never.position)
 
     @pytest.mark.filterwarnings("ignore:.*not seen at rest")
@@ -117,7 +107,7 @@ class TestFilterKinds:
         assert unaided > 10 * stopped
 
     def test_its_uncertainty_covers_dead_reckoning(self, walks):
-        """Within three sigma, which for a steady error of the tilt no more than nine of ten walks can miss."""
+        """Within three sigma on all axes, in at least eight of the walks."""
         inside = 0
         for recording, truth in walks:
             states = track(recording, dead_reckoning())
@@ -154,12 +144,12 @@ class TestCorrections:
         np.testing.assert_allclose(states.position[1:] - states.position[0], way, atol=1e-9)
 
     def test_nothing_is_wrong_nothing_is_changed(self):
-        """An ideal sensor told of stances without motion: the residual velocities are rounding."""
+        """An ideal sensor with given stances at rest: the residual velocities are rounding."""
         still = np.zeros((600, 3))
         recording = Recording(np.arange(600) / 100, still + STANDING, still)
-        told = (np.arange(600) // 50) % 2 == 0
+        stances = (np.arange(600) // 50) % 2 == 0
         for kind in ("lwi", "rv"):
-            states = track(recording, dead_reckoning(kind), stationary=told)
+            states = track(recording, dead_reckoning(kind), detector=stances)
             assert np.abs(states.position).max() < 1e-12
 
     def test_the_velocity_in_stance_has_no_mean(self, walk):
@@ -186,7 +176,7 @@ class TestSmoothers:
                     getattr(smoothed, column)[-1], getattr(filtered, column)[-1]
                 )
 
-    def test_what_comes_later_makes_nothing_less_certain(self, walk):
+    def test_later_data_do_not_increase_the_uncertainty(self, walk):
         recording, _ = walk
         filtered, stepwise, whole = (
             track(recording, c) for c in (STEP_BY_STEP, KINDS["stepwise"], KINDS["rts"])
@@ -194,7 +184,7 @@ class TestSmoothers:
         assert (stepwise.position_std <= filtered.position_std * (1 + 1e-9)).all()
         assert (whole.position_std <= stepwise.position_std * (1 + 1e-6) + 1e-9).all()
 
-    def test_the_velocity_in_the_swing_comes_nearer_to_the_truth(self, walks):
+    def test_the_velocity_in_the_swing_is_more_accurate(self, walks):
         def rms(config):
             return (
                 np.median(
@@ -211,7 +201,10 @@ class TestSmoothers:
         assert whole < filtered
 
     def test_no_jump_is_left_at_the_start_of_a_stance(self, walk):
-        """The filter's position jumps where a stance begins; the velocity of a smoothed one is its derivative."""
+        """The filter's position jumps where a stance begins.
+
+        The velocity of a smoothed one is its derivative.
+        """
         recording, _ = walk
 
         def jump(config):
@@ -230,8 +223,8 @@ class TestSmoothers:
         first = recording.t < 15
         alone = Recording(recording.t[first], recording.accel[first], recording.gyro[first])
         with pytest.warns(UserWarning, match="missing"):
-            whole = track(cut, KINDS["rts"], stationary=track(recording).zero_velocity[keep])
-        part = track(alone, KINDS["rts"], stationary=track(recording).zero_velocity[first])
+            whole = track(cut, KINDS["rts"], detector=track(recording).zero_velocity[keep])
+        part = track(alone, KINDS["rts"], detector=track(recording).zero_velocity[first])
         np.testing.assert_array_equal(whole.position[: len(part)], part.position)
 
     def test_on_recordings_with_the_truth_smoothing_helps(self, data_dir):
@@ -291,7 +284,7 @@ class TestStreaming:
                     navigator.position, batch.position[k - navigator.latency]
                 )
 
-    def test_reset_begins_anew(self, walk):
+    def test_reset_restarts_the_navigator(self, walk):
         recording, _ = walk
         navigator = Navigator(KINDS["stepwise"], recording.rate_hz)
         columns = (recording.t, recording.accel, recording.gyro)
@@ -303,7 +296,7 @@ class TestStreaming:
         np.testing.assert_array_equal(first.position, second.position)
 
     @pytest.mark.parametrize("name", ["rts", "lwi", "rv"])
-    def test_what_needs_the_whole_recording_is_refused(self, name):
+    def test_settings_that_need_the_whole_recording_are_refused(self, name):
         with pytest.raises(
             ConfigError,
             match=r"needs the whole recording: use track\(\), or smoother.kind = \"stepw",
@@ -315,7 +308,7 @@ class TestFineLevelling:
     """The second stage of the alignment."""
 
     def test_it_levels_better_than_the_coarse_step(self):
-        """Six seconds of a tilted, noisy sensor at rest, whose accelerometer's bias is known to be small."""
+        """Six seconds of a tilted, noisy sensor at rest with a small prior accelerometer bias."""
         mounting = Rotation.from_euler("xyz", [0.2, -0.1, 0.0])
         up = mounting.inv().apply([0, 0, 1])
         settings = Config(
@@ -333,7 +326,7 @@ class TestFineLevelling:
             fine.append(tilt[550])
         assert np.median(fine) < 0.5 * np.median(coarse)
 
-    def test_the_walk_begins_when_it_is_over(self):
+    def test_the_walk_starts_after_it(self):
         still = np.zeros((800, 3))
         recording = Recording(np.arange(800) / 100, still + STANDING, still)
         states = track(recording, Config(alignment=Alignment(fine_duration=3.0)))
@@ -351,7 +344,7 @@ class TestFineLevelling:
 
 
 class TestAttitudeUpdates:
-    """A foot at rest whose computed roll is off by two degrees, since its accelerometer was shaken at the start."""
+    """A foot at rest whose roll is off by two degrees after shaking at the start."""
 
     def tilted(self, update):
         still = np.zeros((600, 3))
@@ -362,15 +355,15 @@ class TestAttitudeUpdates:
             sensor=Config().sensor.replace(accel_bias_std=1e-3),
             filter=Filter(zero_velocity_std=10.0, zero_angular_rate=False, **update),
         )
-        states = track(recording, settings, stationary=np.ones(600, bool))
+        states = track(recording, settings, detector=np.ones(600, bool))
         return np.abs(Rotation.from_quat(states.quaternion[-1]).as_euler("xyz")[0])
 
-    def test_both_level_what_the_velocity_alone_does_not(self):
+    def test_both_correct_a_tilt_that_the_velocity_does_not_show(self):
         assert self.tilted("none") > 0.02
         assert self.tilted("gravity") < 0.005
         assert self.tilted("iaa") < 0.005
 
-    def test_they_wait_for_gravity_alone(self):
+    def test_they_apply_only_where_the_specific_force_is_gravity(self):
         """Two m/s^2 too much are above the threshold, so nothing is observed."""
         still = np.zeros((600, 3))
         pushed = np.where(np.arange(600) <= 100, 0.0, 1.0)[:, None] * [0, 0.3, 2.0]
@@ -381,7 +374,7 @@ class TestAttitudeUpdates:
             settings = Config(
                 filter=Filter(zero_angular_rate=False, zero_velocity_std=1.0, **update)
             )
-            return track(recording, settings, stationary=np.ones(600, bool)).quaternion
+            return track(recording, settings, detector=np.ones(600, bool)).quaternion
 
         np.testing.assert_array_equal(states(**update, attitude_threshold=0.1), states())
         assert np.abs(states(**update, attitude_threshold=5.0) - states()).max() > 1e-6
@@ -450,4 +443,4 @@ class TestBadInput:
             DataError,
             match=r"^swing.csv: the foot was never found at rest in .* samples.*another det",
         ):
-            track(named, KINDS[name], stationary=np.zeros(len(recording), bool))
+            track(named, KINDS[name], detector=np.zeros(len(recording), bool))

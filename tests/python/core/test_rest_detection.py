@@ -5,9 +5,10 @@ import warnings
 import numpy as np
 import pytest
 
-from footnav import Config, Flag, FootnavWarning, Gait, Recording, Route, read, simulate, track
+from footnav import Config, FootnavWarning, Recording, read, simulate, track
 from footnav.config import Alignment, HealthLimits
 from footnav.diagnosis import diagnose
+from footnav.health import Flag
 from footnav.rest_detection import (
     ALLAN,
     CALIBRATION,
@@ -19,6 +20,7 @@ from footnav.rest_detection import (
     longest_run,
     runs,
 )
+from footnav.simulation import Gait, Route
 
 RATE = 200
 

@@ -1,4 +1,4 @@
-"""Settings are declared once, in the core: the generated files are up to date, the limits hold, nothing is left out."""
+"""Settings are declared once, in the core: generated files are current, the limits hold."""
 
 import json
 import re

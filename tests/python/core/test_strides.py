@@ -1,191 +1,167 @@
-"""Strides as the filter finds them, with their covariance: in batch, as events of a stream, and in files."""
+"""Strides: the detector's flags joined into stances, and the displacement between them."""
 
-import dataclasses
-import re
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from test_trajectory import places, walk
 
-from footnav import (
-    Config,
-    Navigator,
-    Output,
-    Recording,
-    Route,
-    Smoother,
-    Steps,
-    Trajectory,
-    simulate,
-    track,
+from footnav.evaluation import path_length
+from footnav.strides import find_stances, find_strides
+
+LEVEL = [0.0, 0.0, 0.0, 1.0]
+LONGEST_BRIDGED_MOTION = 0.1
+SHORTEST_STRIDE = 0.05
+
+
+def hops(
+    points: Any, rest: float = 0.5, move: float = 0.5, rate_hz: float = 100.0
+) -> tuple[Any, Any, Any, Any]:
+    """Foot that stands on each point for `rest` s and glides to the next one in `move` s."""
+    stand, glide = round(rest * rate_hz), round(move * rate_hz)
+    position, flag = [], []
+    for a, b in pairwise(points):
+        position += [np.tile(a, (stand, 1)), np.linspace(a, b, glide)]
+        flag += [np.ones(stand, bool), np.zeros(glide, bool)]
+    position.append(np.tile(points[-1], (stand, 1)))
+    flag.append(np.ones(stand, bool))
+    whole = np.concatenate(position)
+    return (
+        np.arange(len(whole)) / rate_hz,
+        whole,
+        np.tile(LEVEL, (len(whole), 1)),
+        np.concatenate(flag),
+    )
+
+
+def slow_stances(t: Any, flag: Any) -> list[tuple[int, int]]:
+    """Join sample by sample, as the definition reads."""
+    stances: list[list[int]] = []
+    for k in np.flatnonzero(flag):
+        if stances and (
+            k == stances[-1][1] + 1 or round(t[k] - t[stances[-1][1]], 6) < LONGEST_BRIDGED_MOTION
+        ):
+            stances[-1][1] = int(k)
+        else:
+            stances.append([int(k), int(k)])
+    return [(a, b) for a, b in stances]
+
+
+def test_strides_of_a_known_walk() -> None:
+    """Number, displacement, times and indices are those that the walk was made with."""
+    traj = walk()
+    strides = traj.strides
+    assert len(strides) == 40
+    np.testing.assert_allclose(strides.displacement, np.diff(places(), axis=0), atol=1e-6)
+    np.testing.assert_allclose(strides.height_change, 1 / 40, atol=1e-6)
+    np.testing.assert_allclose(strides.duration[1:-1], 1.2, atol=0.011)
+    np.testing.assert_array_equal(strides.start, traj.t[strides.start_index])
+    np.testing.assert_array_equal(strides.end_index[1:-2], strides.start_index[2:-1])
+    assert traj.zero_velocity[strides.start_index].all()
+    assert traj.zero_velocity[strides.end_index].all()
+
+
+def test_turn_does_not_depend_on_the_mounting() -> None:
+    """A sensor on its side or upside down sees the same turns, left positive."""
+    t, position, _, flag = hops(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float))
+    yaw = np.radians(90.0) * np.floor(np.minimum(t + 0.25, 3.0))
+    for mounting in Rotation.random(8, rng=np.random.default_rng(3)):
+        quaternion = (Rotation.from_euler("z", yaw[:, None]) * mounting).as_quat()
+        np.testing.assert_allclose(
+            find_strides(t, position, quaternion, flag).heading_change,
+            np.radians([90, 90, 90]),
+            atol=1e-9,
+        )
+
+
+@given(yaw=st.floats(-np.pi, np.pi), turn=st.floats(-3.1, 3.1), sign=st.sampled_from([-1, 1]))
+def test_turn_is_wrapped(yaw: float, turn: float, sign: int) -> None:
+    """Neither crossing north nor the quaternion's sign changes the turn."""
+    t, position, _, flag = hops(np.array([[0, 0, 0], [1, 0, 0]], float))
+    angles = np.where(t < 0.75, yaw, yaw + turn)
+    quaternion = (
+        Rotation.from_euler("z", angles[:, None]).as_quat() * np.where(t < 0.75, 1, sign)[:, None]
+    )
+    np.testing.assert_allclose(
+        find_strides(t, position, quaternion, flag).heading_change, [turn], atol=1e-9
+    )
+
+
+@pytest.mark.slow
+@given(
+    flags=st.lists(st.tuples(st.booleans(), st.integers(1, 15)), max_size=12),
+    rate_hz=st.sampled_from([100, 200, 397]),
 )
-from footnav.errors import ConfigError, DataError
-from footnav.export import load_trajectory
-from footnav.steps import find_steps
-
-GUIDE = Path(__file__).parents[3] / "docs" / "strides.md"
-KEPT = Config(output=Output(strides=True))
-COLUMNS = [f.name for f in dataclasses.fields(Steps)]
-
-
-@pytest.fixture(scope="module")
-def recording() -> Recording:
-    """Record a square, with a rest at both ends."""
-    return simulate(Route.square(5.0), seed=2, rate_hz=100.0)[0]
+def test_stances_agree_with_their_definition(flags: list[tuple[bool, int]], rate_hz: int) -> None:
+    """The vectorised search finds what a loop over the samples finds."""
+    flag = np.array([value for value, count in flags for _ in range(count)], bool)
+    t = np.arange(len(flag)) / rate_hz
+    first, last = find_stances(t, flag)
+    assert list(zip(first.tolist(), last.tolist(), strict=True)) == slow_stances(t, flag)
 
 
-@pytest.fixture(scope="module")
-def tracked(recording: Recording) -> Trajectory:
-    """Track it, and keep the strides."""
-    return track(recording, KEPT)
+@pytest.mark.parametrize("clock", [0.0, 1.7e9])
+def test_limits_do_not_depend_on_the_clock(clock: float) -> None:
+    """A motion of exactly the longest bridged duration separates two stances, at any offset."""
+    flag = np.array([True] * 4 + [False] * 9 + [True] * 4)
+    first, last = find_stances(clock + np.arange(17) / 100, flag)
+    assert (first.tolist(), last.tolist()) == ([0, 13], [3, 16])
+    first, last = find_stances(clock + np.arange(17) / 101, flag)
+    assert (first.tolist(), last.tolist()) == ([0], [16])
 
 
-def assert_same(a: Steps, b: Steps) -> None:
-    """Strides are equal to the bit."""
-    for column in COLUMNS:
-        np.testing.assert_array_equal(getattr(a, column), getattr(b, column))
-
-
-def test_the_filter_finds_what_is_found_in_the_rows(tracked: Trajectory) -> None:
-    """One rule for a stream, for a batch and for a finished track."""
-    anew = find_steps(tracked.t, tracked.position, tracked.quaternion, tracked.zero_velocity)
-    assert len(anew) > 12
-    assert anew.covariance is None
-    assert_same(dataclasses.replace(tracked.steps, covariance=None), anew)
-
-
-def test_covariance_of_a_stride_is_one(tracked: Trajectory) -> None:
-    """Symmetric, positive, and much smaller than what the place has become by then."""
-    covariance = tracked.steps.covariance
-    assert covariance is not None
-    assert covariance.shape == (len(tracked.steps), 4, 4)
-    np.testing.assert_array_equal(covariance, covariance.swapaxes(1, 2))
-    assert (np.linalg.eigvalsh(covariance) > 0).all()
-    last = np.sqrt(np.trace(covariance[-1, :2, :2]))
-    assert last < 0.5 * np.hypot(*tracked.position_std[tracked.steps.end_index[-1], :2])
-
-
-def test_strides_are_not_kept_unasked(recording: Recording) -> None:
-    """The default track has the same strides without covariance, and a stream says what to set."""
-    assert track(recording).steps.covariance is None
-    with pytest.raises(ConfigError, match=r"strides are not tracked: set output\.strides = true"):
-        Navigator().strides()
-
-
-@settings(max_examples=10, deadline=None)
-@given(cuts=st.lists(st.integers(0, 2500), max_size=8), stepwise=st.booleans())
-def test_events_of_a_stream_are_the_strides_of_the_batch(
-    recording: Recording, cuts: list[int], stepwise: bool
-) -> None:
-    """In any chunking, to the bit."""
-    config = KEPT.replace(smoother=Smoother(kind="stepwise")) if stepwise else KEPT
-    navigator = Navigator(config, rate_hz=recording.rate_hz)
-    events = []
-    for part in np.split(np.arange(len(recording)), sorted(cuts)):
-        navigator.push_block(recording.t[part], recording.accel[part], recording.gyro[part])
-        events += navigator.strides()
-    navigator.flush()
-    events += navigator.strides()
-    assert navigator.strides() == []
-    batch = track(recording, config).steps
-    assert len(events) == len(batch)
-    for event, stride in zip(events, batch, strict=True):
-        for column in COLUMNS:
-            np.testing.assert_array_equal(getattr(event, column), getattr(stride, column))
-
-
-def test_reset_forgets_the_strides(recording: Recording, tracked: Trajectory) -> None:
-    """A second walk begins with none, and counts its rows anew."""
-    navigator = Navigator(KEPT, rate_hz=recording.rate_hz)
-    navigator.push_block(recording.t[:1200], recording.accel[:1200], recording.gyro[:1200])
-    navigator.reset()
-    assert navigator.strides() == []
-    navigator.push_block(recording.t, recording.accel, recording.gyro)
-    navigator.flush()
-    assert [stride.end_index for stride in navigator.strides()] == tracked.steps.end_index.tolist()
-
-
-def test_one_stride_has_the_numbers_of_its_row(tracked: Trajectory) -> None:
-    """A stride is a row of the strides, in SI units; its frame is turned by the heading of its start."""
-    steps = tracked.steps
-    for k, stride in enumerate(steps):
-        assert (stride.length, stride.height_change) == (steps.length[k], steps.height_change[k])
-        assert stride.duration == steps.duration[k] > 0.5
-        np.testing.assert_array_equal(stride.local, steps.local[k])
-        way = np.exp(1j * stride.start_heading) * complex(*stride.local[:2])
-        np.testing.assert_allclose([way.real, way.imag], stride.displacement[:2], atol=1e-12)
-    # A foot walks where its toes point: along x of the frame of its stride.
-    assert np.median(steps.local[:, 0] / steps.length) > 0.95
-    with pytest.raises(ValueError, match="read-only"):
-        next(iter(steps)).displacement[0] = 0
-
-
-def test_archive_keeps_the_covariance(tracked: Trajectory, tmp_path: Path) -> None:
-    """What the filter found comes back from .npz, and only if it was there."""
-    tracked.save(tmp_path / "kept.npz")
-    back = load_trajectory(tmp_path / "kept.npz")
-    assert back.filter_steps is not None
-    assert_same(back.filter_steps, tracked.steps)
-    dataclasses.replace(tracked, filter_steps=None).save(tmp_path / "bare.npz")
-    assert load_trajectory(tmp_path / "bare.npz").filter_steps is None
-
-
-def test_parts_find_their_strides_anew(tracked: Trajectory) -> None:
-    """Rows of a part are not those of the whole."""
-    joined = Trajectory.concatenate([tracked[:900], tracked[900:]])
-    assert_same(joined.steps, dataclasses.replace(tracked.steps, covariance=None))
-    assert len(tracked[900:].steps) < len(tracked.steps)
+def test_standing_still_makes_no_slow_stride() -> None:
+    """Half a second of a long rest, at the most, belongs to the stride on each side."""
+    t, position, quaternion, flag = hops(
+        np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]], float), rest=20
+    )
+    strides = find_strides(t, position, quaternion, flag)
+    assert ((strides.duration >= 0.5) & (strides.duration <= 1.5)).all()
+    np.testing.assert_allclose(strides.length, 1)
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("displacement", "counted"),
     [
-        lambda traj: {"position": 2 * traj.position},
-        lambda traj: {"t": traj.t + 1},
-        lambda traj: {
-            "filter_steps": dataclasses.replace(traj.steps, end_index=traj.steps.end_index + 10_000)
-        },
-        lambda traj: {
-            "filter_steps": dataclasses.replace(
-                traj.steps, start_index=traj.steps.start_index - 400
-            )
-        },
+        ((SHORTEST_STRIDE * 0.98, 0, 0), 0),
+        ((SHORTEST_STRIDE * 1.02, 0, 0), 1),
+        ((0, 0, -SHORTEST_STRIDE * 0.98), 0),
+        ((0, 0, -SHORTEST_STRIDE * 1.02), 1),
+        ((0.04, 0.04, 0), 1),
     ],
 )
-def test_strides_of_another_track_are_refused(tracked: Trajectory, change: Any) -> None:
-    """Nobody carries strides on to rows that they do not fit."""
-    message = "filter_steps do not lie between rows of this track: leave them out to find them anew"
-    with pytest.raises(DataError, match=message):
-        dataclasses.replace(tracked, **change(tracked))
+def test_shuffles_are_not_counted(displacement: tuple[float, float, float], counted: int) -> None:
+    """A stride goes somewhere: along, up or down."""
+    assert len(find_strides(*hops(np.array([[0, 0, 0], displacement], float)))) == counted
 
 
-def test_the_guide_rebuilds_the_track(capsys: pytest.CaptureFixture[str]) -> None:
-    """The example of the guide runs, and its dead reckoning ends where the track does."""
-    (example,) = re.findall(
-        r"```python run\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL
-    )
-    names: dict[str, Any] = {}
-    exec(example, names)
-    assert names["apart"] < 0.1
-    assert "strides end" in capsys.readouterr().out
+@pytest.mark.parametrize("flag", [np.zeros(0, bool), np.zeros(50, bool), np.ones(50, bool)])
+def test_no_stride_without_two_stances(flag: Any) -> None:
+    """Nothing, always moving, and always at rest have no strides."""
+    n = len(flag)
+    strides = find_strides(np.arange(n) / 100, np.zeros((n, 3)), np.tile(LEVEL, (n, 1)), flag)
+    assert (len(strides), strides.displacement.shape, strides.length.shape) == (0, (0, 3), (0,))
 
 
-def test_lengths_of_real_strides_are_as_uncertain_as_they_say(data_dir: Path) -> None:
-    """Under motion capture the error of a stride's length is about one sigma in most recordings."""
+def test_strides_are_read_only() -> None:
+    """They belong to the track."""
+    with pytest.raises(ValueError, match="read-only"):
+        walk(2).strides.displacement[0] = 0
+
+
+def test_strides_of_real_walks_add_up_to_the_path(data_dir: Path) -> None:
+    """Under motion capture, the strides between rests are as long as the path sampled at 2 Hz."""
     ratios = []
-    for file in sorted((data_dir / "vicon").glob("*.npz"))[:12]:
-        with np.load(file) as truth:
-            rec, place = Recording(truth["t"], truth["accel"], truth["gyro"]), truth["position"]
-        steps = track(rec, KEPT).steps
-        assert steps.covariance is not None
-        way = place[steps.end_index] - place[steps.start_index]
-        ahead = steps.local[:, :2] / steps.length[:, None]
-        sigma = np.sqrt(np.einsum("ki,kij,kj->k", ahead, steps.covariance[:, :2, :2], ahead))
-        ratios.append(
-            np.sqrt(np.mean(((np.hypot(way[:, 0], way[:, 1]) - steps.length) / sigma) ** 2))
-        )
-    assert 0.4 < np.median(ratios) < 1.2
-    assert max(ratios) < 3
+    for file in sorted((data_dir / "vicon").glob("*.npz")):
+        with np.load(file) as recording:
+            t, position = recording["t"], recording["position"]
+        speed = np.linalg.norm(np.gradient(position, t, axis=0), axis=1)
+        strides = find_strides(t, position, np.tile(LEVEL, (len(t), 1)), speed < 0.15)
+        ratios.append(strides.length.sum() / path_length(t, position))
+    assert len(ratios) > 20
+    assert np.median(ratios) == pytest.approx(1, abs=0.05)

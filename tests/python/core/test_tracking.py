@@ -1,4 +1,7 @@
-"""Batch tracking: what it promises of rows, errors and warnings, and the physics that the track must obey."""
+"""Batch tracking.
+
+Rows, errors and warnings, and the physics of the track.
+"""
 
 import warnings
 
@@ -10,21 +13,11 @@ from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
 import footnav.tracking
-from footnav import (
-    Alignment,
-    Config,
-    Flag,
-    FootnavWarning,
-    HealthLimits,
-    Mechanization,
-    Output,
-    Recording,
-    Sensor,
-    Shoe,
-    Status,
-    track,
-)
+from footnav import Config, FootnavWarning, Recording, track
+from footnav.config import Alignment, HealthLimits, Mechanization, Output, Sensor
+from footnav.detectors import Shoe
 from footnav.errors import ConfigError, DataError
+from footnav.health import Flag, Status
 
 G = Config().gravity
 EARTH_RATE = 7.292115e-5
@@ -44,7 +37,10 @@ REST, SWING, STANCE, STRIDES, STRIDE = 2.0, 0.6, 0.6, 6, 1.2
 
 
 def resting(mounting=None, n=300, rate=100.0, accel_bias=0.0, gyro_bias=0.0, **more):
-    """Return a noiseless recording of a sensor that stands still; `mounting` turns its axes into east, north, up."""
+    """Return a noiseless recording of a sensor that stands still.
+
+    `mounting` turns its axes into east, north, up.
+    """
     up = (mounting or Rotation.identity()).inv().apply([0.0, 0.0, G])
     return Recording(
         np.arange(n) / rate, np.tile(up + accel_bias, (n, 1)), np.zeros((n, 3)) + gyro_bias, **more
@@ -94,7 +90,7 @@ directions = (
 )
 
 
-# What track() promises
+# Interface of track()
 
 
 @pytest.mark.parametrize("n", [129, 200, 500])
@@ -175,7 +171,7 @@ def test_repeated_stamps_are_counted():
     assert len(states) == len(t)
 
 
-def test_clipping_is_told_by_the_range_of_the_recording():
+def test_clipping_is_detected_by_the_range_of_the_recording():
     t, accel, gyro, _ = strides()
     full_scale = 0.9 * np.abs(gyro).max()
     clipped = np.clip(gyro, -full_scale, full_scale)
@@ -203,7 +199,7 @@ def test_a_foot_that_never_rests_again_degrades_the_walk():
     assert states.health.status is Status.DEGRADED
 
 
-def test_progress_goes_up_to_one_and_blocks_change_nothing(monkeypatch):
+def test_progress_rises_to_one_and_blocks_change_nothing(monkeypatch):
     recording = Recording(*strides()[:3])
     whole, shares = track(recording), []
     monkeypatch.setattr(footnav.tracking, "BLOCK", 100)
@@ -214,7 +210,7 @@ def test_progress_goes_up_to_one_and_blocks_change_nothing(monkeypatch):
     assert 0 < shares[0] < shares[-1] == 1.0
 
 
-def test_what_progress_raises_gets_through():
+def test_exceptions_of_progress_propagate():
     def stop(_):
         raise KeyboardInterrupt
 
@@ -450,11 +446,11 @@ level_or_plumb = st.floats(-np.pi, np.pi).map(
 def test_a_push_gives_the_displacement_that_it_is_the_second_integral_of(
     mounting, way, length, seed
 ):
-    """Within five sigma of what the accelerometer's noise adds up to over the push and the alignment.
+    """Within five sigma of the accelerometer's noise, integrated over push and alignment.
 
     Along an incline the specific force of a push without rotation may for a while have the
-    magnitude of gravity, which no inertial sensor can tell from standing on a slope.  The example
-    brakes with twice gravity on its way up.
+    magnitude of gravity, which no inertial sensor can distinguish from rest on a slope.  The
+    example brakes with twice gravity as it rises.
     """
     rate, duration, sensor = 200.0, 0.5, Sensor()
     t = np.arange(int(4.5 * rate)) / rate
@@ -481,7 +477,10 @@ def test_every_mechanization_follows_a_walk(kind):
 
 
 def test_the_heading_turns_the_track():
-    """A walk along the forward axis with a heading of 90 degrees goes east; with one of 180 degrees, south."""
+    """A walk along the forward axis with a heading of 90 degrees goes east.
+
+    With one of 180 degrees, south.
+    """
     recording = Recording(*strides()[:3])
     for heading_deg, way in ((90.0, [1, 0]), (180.0, [0, -1]), (0.0, [0, 1])):
         end = track(recording, Config(alignment=Alignment(heading_deg=heading_deg))).position[-1]

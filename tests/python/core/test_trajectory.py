@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from footnav.errors import ConfigError, DataError
+from footnav.geodesy import check_origin
 from footnav.health import Counters, Flag, Health, Status
-from footnav.trajectory import Displacement, Trajectory, check_origin
+from footnav.summary import Displacement
+from footnav.trajectory import Trajectory
 
 REST, SWING, STANCE = 2.0, 0.7, 0.5
 
@@ -27,7 +29,9 @@ def places(strides: int = 40) -> Any:
 
 
 def walk(strides: int = 40, rate_hz: float = 100.0, **options: Any) -> Trajectory:
-    """Walk through `places`: 2 s of rest at both ends, 0.7 s of swing and 0.5 s of stance for each stride.
+    """Walk through `places`.
+
+    2 s of rest at both ends, 0.7 s of swing and 0.5 s of stance for each stride.
 
     The foot rolls all the time, and turns least in the middle of each stance.
     """
@@ -57,7 +61,7 @@ def walk(strides: int = 40, rate_hz: float = 100.0, **options: Any) -> Trajector
 HEALTH = Health(
     Status.DEGRADED, Flag.GAP | Flag.CLIPPED, Counters(samples=5201, gaps=2, clipped=7), 0.05, 0.02
 )
-SINGLE = ("health", "name", "origin", "frame", "heading_known", "filter_steps")
+SINGLE = ("health", "name", "origin", "frame", "heading_known", "filter_strides")
 COLUMNS = [f.name for f in dataclasses.fields(Trajectory) if f.name not in SINGLE]
 
 
@@ -69,7 +73,7 @@ def assert_same(a: Trajectory, b: Trajectory) -> None:
 
 
 def test_arrays_are_read_only_copies() -> None:
-    """Neither the track nor the array that it came from can change the other."""
+    """Neither the track nor the array of its construction can change the other."""
     traj = walk(2)
     t = traj.t.copy()
     copy = dataclasses.replace(traj, t=t)
@@ -148,7 +152,7 @@ def test_any_cut_concatenates_to_the_whole(cuts: list[int]) -> None:
 
 
 def test_health_belongs_to_the_whole_run() -> None:
-    """A part has none; the last part speaks for what is joined."""
+    """A part has none; a concatenation has that of the last part."""
     traj = dataclasses.replace(walk(2), health=HEALTH)
     head, tail = traj[:10], dataclasses.replace(traj[10:], health=HEALTH)
     assert head.health is None
@@ -168,7 +172,7 @@ def test_parts_that_do_not_follow_each_other_are_refused() -> None:
 
 def test_a_row_is_no_part() -> None:
     """An index is not a slice."""
-    with pytest.raises(TypeError, match=r"not by 3"):
+    with pytest.raises(TypeError, match=r"not 3"):
         walk(2)[3]  # type: ignore[index]
 
 
@@ -211,7 +215,7 @@ def test_summary_of_a_known_walk() -> None:
     assert summary.vertical_std == pytest.approx(0.005 * np.sqrt(52))
 
 
-def test_summary_prints_what_the_user_asks_first() -> None:
+def test_summary_prints_the_main_figures() -> None:
     """Distance, closing error in m and %, strides and health are in the text."""
     text = str(dataclasses.replace(walk(name="eight"), health=HEALTH).summary())
     assert text.startswith("eight: 5,201 samples, 52.00 s at 100.0 Hz\n")

@@ -1,4 +1,7 @@
-"""Standard deviations that hold: on simulated walks whose sensor is as configured, and under motion capture."""
+"""Standard deviations that hold.
+
+On simulated walks whose sensor is as configured, and under motion capture.
+"""
 
 import dataclasses
 from concurrent.futures import ThreadPoolExecutor
@@ -9,19 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from footnav import (
-    Config,
-    Filter,
-    Recording,
-    Route,
-    Sensor,
-    SensorErrors,
-    Smoother,
-    TriadErrors,
-    simulate,
-    track,
-)
+from footnav import Config, Recording, simulate, track
+from footnav.config import Filter, Sensor, Smoother
 from footnav.evaluation import find_alignment
+from footnav.simulation import Route, SensorErrors, TriadErrors
 
 UNCALIBRATED = Config.preset("mpu6050")
 ROUTES = (
@@ -35,7 +29,10 @@ WALKS = 200
 
 
 def sensor_as_configured(sensor):
-    """Return errors of exactly the sizes that the settings state: noise, biases, scale and misalignment."""
+    """Return errors of exactly the sizes that the settings state.
+
+    Noise, biases, scale and misalignment.
+    """
 
     def triad(noise, bias, walk, scale):
         return TriadErrors(
@@ -63,7 +60,7 @@ def sensor_as_configured(sensor):
 
 
 def normalized_error(seed):
-    """Return the error of the position at the end of a walk, each axis in its standard deviations."""
+    """Return the position error at the end of a walk, each axis in standard deviations."""
     sensor = sensor_as_configured(UNCALIBRATED.sensor)
     recording, truth = simulate(
         ROUTES[seed % len(ROUTES)], GAITS[seed % len(GAITS)], sensor, seed, rate_hz=100.0
@@ -73,9 +70,10 @@ def normalized_error(seed):
     return error / states.position_std[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::footnav.FootnavWarning")
 def test_normalized_error_squared_of_200_walks_lies_in_its_chi_square_band():
-    """The mean of 200 sums of three squares, between the 2.5 % and the 97.5 % point of chi-square with 600 degrees."""
+    """The mean of 200 sums of three squares is within the 95 % interval of chi-square (600)."""
     with ThreadPoolExecutor() as pool:
         squares = np.square(list(pool.map(normalized_error, range(WALKS))))
     low, high = chi2.ppf([0.025, 0.975], 3 * WALKS) / WALKS
@@ -99,7 +97,7 @@ def vicon(data_dir):
 
 
 def share_within_three_sigma(walks, config):
-    """Return the share of samples at which all three axes are within three standard deviations of the truth."""
+    """Return the share of samples with all three axes within three standard deviations."""
     inside = []
     for recording, truth in walks:
         states = track(recording, config)
@@ -110,7 +108,10 @@ def share_within_three_sigma(walks, config):
 
 @pytest.mark.filterwarnings("ignore::footnav.FootnavWarning")
 def test_truth_lies_within_three_sigma_under_motion_capture(vicon):
-    """It does in 97.1 % of the samples; if the errors of all zero velocities were independent, in 94.9 %."""
+    """It does in 97.1 % of the samples.
+
+    If the errors of all zero velocities were independent, in 94.9 %.
+    """
     independent = Config(filter=Filter(zupt_correlation=0.0))
     share = share_within_three_sigma(vicon, Config())
     assert share >= 0.95
@@ -130,8 +131,8 @@ def walk():
     accel=st.floats(0.0, 0.05),
     smoother=st.sampled_from(["none", "stepwise", "rts"]),
 )
-def test_wider_uncertainty_leaves_the_track_alone(walk, shared, gyro, accel, smoother):
-    """What is not filtered but considered changes the standard deviations of the position and nothing else."""
+def test_a_larger_uncertainty_does_not_change_the_track(walk, shared, gyro, accel, smoother):
+    """Consider states change the standard deviations of the position and nothing else."""
     base = Config(filter=Filter(zupt_correlation=0.0), smoother=Smoother(kind=smoother))
     wide = base.replace(
         filter=base.filter.replace(zupt_correlation=shared),
@@ -140,14 +141,14 @@ def test_wider_uncertainty_leaves_the_track_alone(walk, shared, gyro, accel, smo
     narrow, wide = track(walk, base), track(walk, wide)
     assert (wide.position_std >= narrow.position_std).all()
     for field in dataclasses.fields(narrow):
-        if field.name not in ("position_std", "filter_steps", "health"):
+        if field.name not in ("position_std", "filter_strides", "health"):
             np.testing.assert_array_equal(
                 getattr(narrow, field.name), getattr(wide, field.name), err_msg=field.name
             )
 
 
-def test_scale_errors_widen_by_their_share_of_the_way(walk):
-    """An accelerometer that is wrong by 2 % puts the foot 2 % of its distance from the start elsewhere."""
+def test_scale_errors_inflate_with_the_displacement(walk):
+    """An accelerometer scale error of 2 % gives a position error of 2 % of the distance."""
     states = track(walk, Config(sensor=Sensor(accel_scale_std=0.02)))
     plain = track(walk)
     away = np.linalg.norm(states.position, axis=1, keepdims=True)

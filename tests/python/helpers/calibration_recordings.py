@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from footnav import Recording, SensorErrors
+from footnav import Recording
 from footnav.calibration import simulate_poses
 from footnav.config import Matrix
+from footnav.simulation import SensorErrors
 
 MPU6050 = SensorErrors.preset("mpu6050")
 SIX_SIDES = [[0, 0, 1], [0, 1, 0], [0, 0, -1], [1, 0, 0], [0, -1, 0], [-1, 0, 0]]
@@ -18,7 +19,7 @@ def rows(matrix: np.ndarray) -> Matrix:
 
 
 def known_sensor(seed: int, noise: float = 1.0) -> SensorErrors:
-    """Make an MPU6050 with 2 % of scale, 1 deg of misalignment, 0.1 m/s^2 and 1 deg/s of bias, of random signs.
+    """Make an MPU6050 with errors of random signs: scale 2 %, misalignment 1 deg, biases.
 
     Its bias does not walk and does not feel gravity: what is to be found is one number.
     """
@@ -40,13 +41,16 @@ def known_sensor(seed: int, noise: float = 1.0) -> SensorErrors:
 
 
 def lower(matrix: np.ndarray) -> np.ndarray:
-    """Return the lower triangular L with L'L = M'M: the same lengths, in the frame that a calibration settles on."""
+    """Return the lower triangular L with L'L = M'M.
+
+    The same lengths, in the frame that a calibration settles on.
+    """
     mirror = np.eye(3)[::-1]
     return mirror @ np.linalg.cholesky(mirror @ matrix.T @ matrix @ mirror).T @ mirror
 
 
 def true_matrices(sensor: SensorErrors) -> tuple[np.ndarray, np.ndarray]:
-    """Return what corrects the accelerometer and the gyroscope of a sensor, in the accelerometer's own frame."""
+    """Return the corrections of accelerometer and gyroscope in the accelerometer's frame."""
     errors = np.array(sensor.accel.matrix)
     accel = lower(np.linalg.inv(errors))
     turned = accel @ errors
@@ -61,7 +65,7 @@ def quick_poses(sensor: SensorErrors | str, seed: int = 0, **options) -> Recordi
 
 
 def warmed(poses, temperature: np.ndarray, bias, scale, gyro_bias, seed: int = 0) -> Recording:
-    """Rest in one pose while the die goes through temperatures, with polynomials of T - 25 (linear term first)."""
+    """Rest in one pose over die temperatures, with polynomials of T - 25 (linear term first)."""
     n = len(temperature)
     clean = simulate_poses(poses, "ideal", seed, initial=n / 50.0, rate_hz=50.0)
     powers = np.power.outer(temperature - 25.0, np.arange(1, len(bias) + 1))

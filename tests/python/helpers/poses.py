@@ -32,7 +32,10 @@ def tilts(n: int) -> list[tuple[float, float, float]]:
 def counts(
     poses: Iterable[Pose], noise: float = 1.0, turn: float = 0.8, seed: int = 1
 ) -> np.ndarray:
-    """Make raw counts at 16 g and 2000 deg/s, shape (n, 7); the shortest turn between two poses takes `turn` s."""
+    """Make raw counts at 16 g and 2000 deg/s, shape (n, 7).
+
+    The shortest turn between two poses takes `turn` s.
+    """
     rng = np.random.default_rng(seed)
     ups, rates = [], []
     last = None
@@ -57,7 +60,7 @@ def counts(
 
 
 def _turn(start: np.ndarray, end: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what points up and the angular rate while the sensor turns smoothly, both along its own axes."""
+    """Return the up vector and the angular rate of a smooth turn, along the sensor's axes."""
     axis = np.cross(start, end)
     angle = np.arctan2(np.linalg.norm(axis), start @ end)
     if np.linalg.norm(axis) < 1e-6:

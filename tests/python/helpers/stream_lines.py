@@ -1,4 +1,4 @@
-"""The lines of the sketch `mpu6050_stream`, written independently of the decoder, and a board that sends them."""
+"""Lines of the sketch `mpu6050_stream`, independent of the decoder, and a simulated board."""
 
 import struct
 from collections.abc import Iterable

@@ -22,9 +22,9 @@ from scipy.spatial.transform import Rotation
 from test_trajectory import COLUMNS, HEALTH, assert_same, walk
 
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
-from footnav.export import load_trajectory, save
-from footnav.export.atomic import replacing
-from footnav.trajectory import Trajectory
+from footnav.export import save
+from footnav.files import replacing
+from footnav.trajectory import Trajectory, load_trajectory
 
 ORIGIN = (43.66, -79.39, 100.0)
 SUFFIXES = [".csv", ".npz", ".tum", ".geojson", ".gpx", ".kml", ".parquet"]
@@ -85,10 +85,13 @@ def test_csv_holds_every_digit(traj: Trajectory, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("frame", ["enu", "ned"])
-def test_csv_holds_places_where_they_are_known(
+def test_csv_has_geodetic_positions_where_they_are_known(
     traj: Trajectory, tmp_path: Path, frame: str
 ) -> None:
-    """Latitude, longitude and height, whatever the frame of the rest; none where x may not be east."""
+    """Latitude, longitude and height, whatever the frame of the rest.
+
+    None where x may not be east.
+    """
     traj.save(tmp_path / "walk.csv", frame=frame)
     header, rows = read_csv(tmp_path / "walk.csv")
     assert header[15:] == ["latitude_deg", "longitude_deg", "height"]
@@ -97,7 +100,7 @@ def test_csv_holds_places_where_they_are_known(
     assert "height" not in read_csv(tmp_path / "turned.csv")[0]
 
 
-def test_geodetic_goes_back_to_metres(traj: Trajectory) -> None:
+def test_geodetic_is_the_inverse_of_local_coordinates(traj: Trajectory) -> None:
     """Latitude first, and the origin that is given counts."""
     latitude, longitude, height = replace(traj, origin=(1.0, 2.0, 3.0)).geodetic(ORIGIN).T
     np.testing.assert_allclose(enu_of(longitude, latitude, height), traj.position, atol=1e-4)
@@ -105,7 +108,7 @@ def test_geodetic_goes_back_to_metres(traj: Trajectory) -> None:
     assert traj[:0].geodetic().shape == (0, 3)
 
 
-def test_geodetic_says_what_it_lacks(traj: Trajectory) -> None:
+def test_geodetic_without_origin_or_heading_is_reported(traj: Trajectory) -> None:
     """An origin, a possible one, and a heading."""
     with pytest.raises(
         ConfigError, match=r"no origin: set output\.origin in the configuration, or geodetic\(\("
@@ -120,7 +123,9 @@ def test_geodetic_says_what_it_lacks(traj: Trajectory) -> None:
 
 @given(position=arrays(np.float64, (3, 3)))
 @settings(max_examples=50, deadline=None)
-def test_any_number_survives_csv(position: Any, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_any_number_round_trips_through_csv(
+    position: Any, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     """Denormals, infinities and nan too."""
     path = tmp_path_factory.mktemp("csv") / "walk.csv"
     dataclasses.replace(walk(2)[:3], position=position).save(path)
@@ -128,7 +133,7 @@ def test_any_number_survives_csv(position: Any, tmp_path_factory: pytest.TempPat
 
 
 def test_ned_is_a_rotation_of_the_vectors(traj: Trajectory, tmp_path: Path) -> None:
-    """What points somewhere in ENU points to the same place in NED, seen from the sensor as well."""
+    """Vectors in ENU have the same direction in NED, in the sensor frame as well."""
     mounting = Rotation.from_euler("xyz", [0.3, -0.7, 1.1])
     traj = dataclasses.replace(
         traj, quaternion=(Rotation.from_quat(traj.quaternion) * mounting).as_quat()
@@ -159,7 +164,7 @@ def test_frame_of_the_track_is_the_default(traj: Trajectory, tmp_path: Path, suf
     assert a.read_bytes() == b.read_bytes() != c.read_bytes() == d.read_bytes()
 
 
-def test_npz_comes_back_unchanged(traj: Trajectory, tmp_path: Path) -> None:
+def test_npz_round_trip_is_exact(traj: Trajectory, tmp_path: Path) -> None:
     """All arrays to the bit, and everything else, without pickle."""
     traj = dataclasses.replace(traj, frame="ned")
     traj.save(tmp_path / "walk.npz")
@@ -182,7 +187,7 @@ def test_npz_that_is_none_is_named(tmp_path: Path) -> None:
             load_trajectory(tmp_path / name)
 
 
-def test_tum_is_what_tools_read(traj: Trajectory, tmp_path: Path) -> None:
+def test_tum_has_the_format_of_the_benchmark(traj: Trajectory, tmp_path: Path) -> None:
     """Blank-separated stamp, position and quaternion, scalar last."""
     traj.save(tmp_path / "walk.tum")
     rows = np.loadtxt(tmp_path / "walk.tum")
@@ -227,8 +232,8 @@ def test_places_on_earth(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", GEOGRAPHIC)
-def test_missing_origin_is_said(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
-    """The walk is put at latitude 0, longitude 0, with a warning that tells the cure."""
+def test_missing_origin_is_reported(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
+    """Latitude 0, longitude 0 is assumed, with a warning that names the remedy."""
     path = tmp_path / f"walk{suffix}"
     with pytest.warns(FootnavWarning, match=r"output\.origin .*save\(\.\.\., origin="):
         dataclasses.replace(traj, origin=None).save(path)
@@ -236,7 +241,7 @@ def test_missing_origin_is_said(traj: Trajectory, tmp_path: Path, suffix: str) -
 
 
 @pytest.mark.parametrize("suffix", [".geojson", ".gpx", ".kml"])
-def test_unknown_heading_is_said(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
+def test_unknown_heading_is_reported(traj: Trajectory, tmp_path: Path, suffix: str) -> None:
     """A map of a track whose x axis is not east is turned."""
     turned = replace(traj, heading_known=False)
     with pytest.warns(FootnavWarning, match=r"alignment\.heading_deg"):
@@ -379,7 +384,7 @@ class FullDisk(io.FileIO):
 @pytest.mark.parametrize(
     "error", [OSError(28, "No space left on device"), KeyboardInterrupt(), ValueError("bug")]
 )
-def test_old_file_survives_a_failure(
+def test_old_file_is_unchanged_after_a_failure(
     traj: Trajectory,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -459,7 +464,7 @@ def test_folder_without_permission_is_named(
 
 
 def test_permissions_and_links_are_kept(traj: Trajectory, tmp_path: Path) -> None:
-    """A private file stays private, and a link goes on pointing at its target."""
+    """Permissions of a file stay, and a link still points at its target."""
     target, link = tmp_path / "target.csv", tmp_path / "link.csv"
     target.write_text("old")
     target.chmod(0o600)

@@ -54,7 +54,7 @@ def assert_is(recording, table, rtol=1e-15):
     np.testing.assert_allclose(recording.gyro, table[:, 4:7], rtol=rtol, atol=1e-300)
 
 
-# --- what a table of numbers may look like
+# --- forms of a table of numbers
 
 
 def test_canonical_file_is_read_exactly(write):
@@ -82,14 +82,17 @@ def test_canonical_file_at_rest_and_slow_is_in_si(write):
         lambda lines: "".join(line + ",\n" for line in lines).encode(),
         lambda lines: "".join([lines[0] + "\n", *(line + ", \n" for line in lines[1:])]).encode(),
         lambda lines: ",\n".join([*lines, ""]).rstrip("\n").encode(),
-        lambda lines: "\n".join(["# made by a logger", "", lines[0], "#a note", *lines[1:], "# end", ""]).encode(),
+        lambda lines: "\n".join(
+            ["# made by a logger", "", lines[0], "#a note", *lines[1:], "# end", ""]
+        ).encode(),
         lambda lines: "\n".join(["# " + lines[0], *lines[1:]]).encode(),
         lambda lines: "\n".join(["Logger 3.1", "Serial,0042", *lines]).encode(),
         lambda lines: "\n".join(re.sub("[^,]+", r'"\g<0>"', line) for line in lines).encode(),
         lambda lines: "\n".join(line.replace(",", " , ") for line in lines).encode(),
     ],
     ids=[
-        "lf", "crlf", "blank lines", "cr", "bom", "utf-16", "trailing delimiter", "trailing delimiter in rows",
+        "lf", "crlf", "blank lines", "cr", "bom", "utf-16", "trailing delimiter",
+        "trailing delimiter in rows",
         "trailing delimiter, no newline", "comments", "savetxt header", "preamble", "quotes", "padded",
     ],
 )  # fmt: skip
@@ -170,7 +173,7 @@ def test_titles_that_are_understood(text, role, unit):
         "Roll",
     ],
 )
-def test_titles_that_mean_something_else_are_left_alone(text):
+def test_titles_with_another_meaning_have_no_role(text):
     assert understand(text).role is None
 
 
@@ -228,7 +231,7 @@ def test_options_override_the_titles(write):
 @pytest.mark.parametrize("t_scale", [1, 1e3, 1e6, 1e9])
 @pytest.mark.parametrize("a_scale", [1, 1 / STANDARD_GRAVITY, 1000 / STANDARD_GRAVITY])
 @pytest.mark.parametrize("g_scale", [1, 180 / math.pi])
-def test_units_are_judged_from_a_walk(write, t_scale, a_scale, g_scale):
+def test_units_are_inferred_from_a_walk(write, t_scale, a_scale, g_scale):
     table = foot()
     scaled = table * ([t_scale] + [a_scale] * 3 + [g_scale] * 3)
     header = ["time", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"]
@@ -299,7 +302,7 @@ def test_optional_sensors(write):
     assert recording.temperature[-1] == 31.5
 
 
-def test_optional_sensor_that_makes_no_sense_is_left_out_with_a_warning(write):
+def test_optional_sensor_that_is_impossible_is_left_out_with_a_warning(write):
     lines = [f"{line},1,2,{'' if k == 4 else 3}" for k, line in enumerate(lines_of(foot()))]
     path = write([",".join([*HEADER, "mx", "my", "mz"]), *lines])
     with pytest.warns(
@@ -446,7 +449,8 @@ def test_cut_off_last_line_is_dropped_with_a_warning(write, keep):
     lines[-1] = ",".join(lines[-1].split(",")[:keep])
     path = write("\n".join(lines).encode())
     with pytest.warns(
-        FootnavWarning, match=rf"walk\.csv, line 61: the last line is cut off \({keep} of 7 cells\)"
+        FootnavWarning,
+        match=rf"walk\.csv, line 61: the last line is truncated \({keep} of 7 cells\)",
     ):
         recording = read(path)
     assert_is(recording, table[:-1], rtol=0)
@@ -677,8 +681,11 @@ ROTATIONS = ["x,y,z", "y,-x,z", "-x,-y,z", "z,x,y", "-z,y,x", "x,-z,y", "-y,-z,x
 
 
 @st.composite
-def dressed(draw):
-    """Draw samples and one way of writing them down: lines of text, options, and what must come back."""
+def formatted_table(draw):
+    """Draw samples and one way of writing them down.
+
+    Lines of text, options, and what must come back.
+    """
     n = draw(st.integers(2, 12))
     value = st.floats(-50, 50, allow_subnormal=False)
     accel = np.array(draw(st.lists(st.tuples(value, value), min_size=n, max_size=n)))
@@ -712,8 +719,9 @@ def turn(axes, vectors):
     return np.column_stack([sign * vectors[:, k] for sign, k in signs])
 
 
+@pytest.mark.slow
 @settings(deadline=None)
-@given(case=dressed())
+@given(case=formatted_table())
 def test_any_unit_delimiter_and_order_reads_back(tmp_path_factory, case):
     lines, options, table = case
     path = tmp_path_factory.mktemp("read") / "random.csv"

@@ -1,9 +1,9 @@
-//! The kernel of the backward pass: what carries the information Λ of later samples back over a
-//! step, and what it tells of the errors there.
+//! The kernels of the backward pass: the propagation of the information Λ of later samples back over
+//! an operation of the filter, and the smoothed errors.
 //!
-//! As [`super::forward`], compiled for each instruction set.  Nobody but a later observation of the
-//! position knows anything of the position alone, since it moves no other state: until there is
-//! one, its rows of Λ are zero, and the parameter `P` says whether they are worked on.
+//! As [`super::forward`], compiled for each instruction set.  Only a later observation of
+//! the position carries information on the position alone, since no other state depends on it:
+//! without one, its rows of Λ are zero, and the parameter `P` tells whether they are computed.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,7 +13,7 @@ use crate::math::simd::{F64x4, Simd, WithSimd};
 
 const POSITION: usize = Block::Position.index();
 
-/// Λ becomes Fᵀ Λ F, with the shears of [`super::forward::predict`].
+/// Λ becomes Fᵀ Λ F, with the factors of [`super::forward::predict`].
 #[inline]
 pub(crate) fn predict<S: Simd>(
     simd: S,
@@ -36,7 +36,7 @@ fn observes_position(information: &Upper) -> bool {
     information[at(POSITION, POSITION)].diagonal().into_iter().any(|known| known != 0.0)
 }
 
-/// The first block of which Λ tells.
+/// The first block with information in Λ.
 const fn first(position: bool) -> usize {
     if position { POSITION } else { POSITION + 1 }
 }
@@ -96,7 +96,7 @@ impl<const P: bool> WithSimd for Prediction<'_, P> {
     }
 }
 
-/// The velocity gains `half` of the position.
+/// Adds `half` of the position to the velocity.
 #[inline(always)]
 fn velocity_gains<S: Simd>(
     half: f64,
@@ -352,7 +352,7 @@ mod tests {
         })
     }
 
-    /// An information matrix, which tells of the position or not.
+    /// An information matrix, with or without information on the position.
     fn information() -> impl Strategy<Value = Dense> {
         (positive(), any::<bool>()).prop_map(|(mut dense, position)| {
             if !position {

@@ -1,14 +1,14 @@
 //! The hot kernel: the prediction of the covariance and its reduction by an observation.
 //!
 //! Everything here is inlined by force into the two functions that [`crate::math::simd`]
-//! compiles for each instruction set; a call that is left over would run on the wrong instructions.
+//! compiles for each instruction set; a call that is not inlined would run on the wrong one.
 //!
-//! The prediction applies the five shears of [`super::transition`] and adds the process noise in
+//! The prediction applies the five factors of [`crate::filter::transition`] and adds the process noise in
 //! one pass.  An observation of the block b costs the product `V = L⁻¹ P_b` and the reduction `P -
 //! Vᵀ V`.
 //!
-//! A vector that is loaded soon after a part of it was stored must wait until the store is done; so
-//! whole vectors are stored, and those of other numbers are put together in registers.
+//! A vector that is loaded soon after a part of it is stored waits for the store; so whole vectors
+//! are stored, and others are assembled in registers.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -21,16 +21,16 @@ use crate::math::simd::{F64x4, Simd};
 
 /// One transition, and the variance that each block gains in it.
 pub(crate) struct Prediction<'a> {
-    /// Half the interval: what a velocity turns into position, twice.
+    /// Half the interval, s: velocity to position, applied twice.
     pub(crate) half: f64,
-    /// The vector s of [s×], what a tilt turns into velocity.
+    /// The vector s of [s×]: tilt to velocity.
     pub(crate) tilt: Vector3<f64>,
-    /// What a bias turns into velocity or attitude.
+    /// Bias to velocity and to attitude.
     pub(crate) bias: &'a Matrix3<f64>,
     pub(crate) noise: &'a Noise,
 }
 
-/// Where the blocks are: position, velocity, attitude, gyroscope bias and accelerometer bias.
+/// Indices of the blocks: position, velocity, attitude, gyroscope bias and accelerometer bias.
 const P: usize = Block::Position.index();
 const V: usize = Block::Velocity.index();
 const A: usize = Block::Attitude.index();
@@ -39,32 +39,32 @@ const F: usize = Block::AccelBias.index();
 
 /// P becomes F P Fᵀ + Q.
 ///
-/// Four shears move position and velocity, and the last one turns the attitude.  What moves gains
-/// from rows that do not, so the four are applied together, one column of blocks after the other. A
-/// block on the diagonal gains `G + Gᵀ`, where G is made of the mean of another block before and
-/// after the shear.
+/// Four factors act on position and velocity, and the last one on the attitude.  The first four add
+/// rows that they do not change, so they are applied together, one column of blocks after the other.
+/// A block on the diagonal gains `G + Gᵀ`, where G follows from the mean of another block before and
+/// after the factor.
 #[inline(always)]
 pub(crate) fn predict<S: Simd>(_: S, p: &mut Upper, prediction: &Prediction<'_>) {
     let Prediction { half, tilt, bias, noise } = prediction;
-    let shears = Shears::<S>::new(*half, tilt, bias);
-    let accel_bias = shears.move_column(p, F);
-    let gain = shears.gain_of_accel_bias(&accel_bias);
+    let factors = Factors::<S>::new(*half, tilt, bias);
+    let accel_bias = factors.apply_column(p, F);
+    let gain = factors.gain_from_accel_bias(&accel_bias);
     add_noise::<S>(p, F, noise.accel_bias);
     let p = compiler_barrier(p);
-    let attitude = shears.move_column(p, A);
-    let gain = shears.plus_gain_of_attitude(&gain, &attitude);
+    let attitude = factors.apply_column(p, A);
+    let gain = factors.add_gain_from_attitude(&gain, &attitude);
     let p = compiler_barrier(p);
-    shears.move_column(p, W);
-    shears.move_own(p, &gain, noise);
+    factors.apply_column(p, W);
+    factors.apply_own(p, &gain, noise);
     let p = compiler_barrier(p);
-    shears.turn_row(p, noise);
+    factors.apply_attitude_row(p, noise);
     add_noise::<S>(p, W, noise.gyro_bias);
     let p = compiler_barrier(p);
-    shears.turn_column(p);
+    factors.apply_attitude_column(p);
 }
 
-/// Has the compiler forget what it knows of the blocks: it would save them on the stack until they
-/// are used again, and take single numbers out of vectors that memory spreads at no cost.
+/// Makes the compiler load the blocks again: it would spill them to the stack, and extract single
+/// numbers from vectors that memory broadcasts at no cost.
 #[inline(always)]
 fn compiler_barrier(p: &mut Upper) -> &mut Upper {
     std::hint::black_box(p)
@@ -76,20 +76,20 @@ fn add_noise<S: Simd>(p: &mut Upper, block: usize, variance: f64) {
     load::<S>(own).add_to_diagonal(variance).store(own);
 }
 
-/// The numbers of a transition, each in all places of a vector.
-struct Shears<S: Simd> {
+/// The numbers of a transition, each broadcast to a vector.
+struct Factors<S: Simd> {
     half: S::F64x4,
     tilt: BroadcastVector<S>,
     bias: BroadcastMatrix<S>,
 }
 
 /// The blocks of position and velocity in a column.
-struct Moving<S: Simd> {
+struct Rows<S: Simd> {
     position: BlockReg<S>,
     velocity: BlockReg<S>,
 }
 
-impl<S: Simd> Shears<S> {
+impl<S: Simd> Factors<S> {
     #[inline(always)]
     fn new(half: f64, tilt: &Vector3<f64>, bias: &Matrix3<f64>) -> Self {
         Self {
@@ -99,15 +99,15 @@ impl<S: Simd> Shears<S> {
         }
     }
 
-    /// What the velocity's rows gain from those of attitude and accelerometer's bias.
+    /// Gain of the velocity's rows from those of attitude and accelerometer bias.
     #[inline(always)]
     fn gain(&self, attitude: BlockReg<S>, accel_bias: BlockReg<S>) -> BlockReg<S> {
         self.tilt.cross(attitude).add_broadcast_product(&self.bias, accel_bias)
     }
 
-    /// The position's rows after the velocity's changed.
+    /// The position's rows, given the velocity's before and after.
     #[inline(always)]
-    fn led_on(
+    fn integrated(
         &self,
         position: BlockReg<S>,
         before: BlockReg<S>,
@@ -116,62 +116,63 @@ impl<S: Simd> Shears<S> {
         position.add_broadcast_scaled(self.half, before).add_broadcast_scaled(self.half, after)
     }
 
-    /// Position and velocity move in the column of another block.  Returns what they are while the
-    /// velocity gains: the mean of its own before and after, and the position between its two
-    /// halves.
+    /// Applies the factors of position and velocity in the column of another block.  Returns the
+    /// values during the change of the velocity: the mean of the velocity before and after, and the
+    /// position between its two halves.
     #[inline(always)]
-    fn move_column(&self, p: &mut Upper, column: usize) -> Moving<S> {
+    fn apply_column(&self, p: &mut Upper, column: usize) -> Rows<S> {
         let gain = self.gain(load_at(p, A, column), load_at(p, F, column));
         let before = load_at::<S>(p, V, column);
         let after = before.add_scaled(1.0, gain);
         let position = load_at::<S>(p, P, column).add_broadcast_scaled(self.half, before);
         after.store(&mut p[at(V, column)]);
         position.add_broadcast_scaled(self.half, after).store(&mut p[at(P, column)]);
-        Moving { position, velocity: before.add_broadcast_scaled(S::F64x4::splat(0.5), gain) }
+        Rows { position, velocity: before.add_broadcast_scaled(S::F64x4::splat(0.5), gain) }
     }
 
-    /// What the velocity's row gains in the columns of position and velocity from that of the
-    /// accelerometer's bias.
+    /// Gain of the velocity's row in the columns of position and velocity from the accelerometer
+    /// bias.
     #[inline(always)]
-    fn gain_of_accel_bias(&self, column: &Moving<S>) -> Moving<S> {
-        Moving {
+    fn gain_from_accel_bias(&self, column: &Rows<S>) -> Rows<S> {
+        Rows {
             position: self.bias.mul(column.position.transpose()),
             velocity: self.bias.mul(column.velocity.transpose()),
         }
     }
 
-    /// The same from that of the attitude, too.
+    /// As above, with the gain from the attitude added.
     #[inline(always)]
-    fn plus_gain_of_attitude(&self, gain: &Moving<S>, column: &Moving<S>) -> Moving<S> {
-        Moving {
+    fn add_gain_from_attitude(&self, gain: &Rows<S>, column: &Rows<S>) -> Rows<S> {
+        Rows {
             position: gain.position.add_cross(&self.tilt, column.position.transpose()),
             velocity: gain.velocity.add_cross(&self.tilt, column.velocity.transpose()),
         }
     }
 
-    /// Position and velocity move in their own columns, where the velocity's row has this gain from
-    /// all others.
+    /// Applies the factors in the columns of position and velocity, given the gain of the velocity's
+    /// row from all others.
     #[inline(always)]
-    fn move_own(&self, p: &mut Upper, gain: &Moving<S>, noise: &Noise) {
+    fn apply_own(&self, p: &mut Upper, gain: &Rows<S>, noise: &Noise) {
         let own = gain.velocity.add_transpose();
         let before = load_at::<S>(p, V, V);
         let after = before.add_scaled(1.0, own);
         after.add_to_diagonal(noise.velocity).store(&mut p[at(V, V)]);
 
         let cross = load_at::<S>(p, P, V);
-        let moved = self.led_on(cross.add_scaled(1.0, gain.position.transpose()), before, after);
+        let moved =
+            self.integrated(cross.add_scaled(1.0, gain.position.transpose()), before, after);
         moved.add_to_diagonal(noise.position_velocity).store(&mut p[at(P, V)]);
-        self.move_position(p, cross.add_scaled(1.0, moved), own, noise.position);
+        self.apply_position(p, cross.add_scaled(1.0, moved), own, noise.position);
     }
 
-    /// The position moves in its own column.
+    /// Applies the factors of the position in its own column.
     ///
     /// Each half adds `half (C + Cᵀ) + half² D`, where C is the block of position and velocity
     /// before it, and D the velocity's own.  Together they add `half (S + Sᵀ) - half² G`, where S
-    /// is C before all shears plus C after them, the `crosses`, and G what D gains between the
+    /// is C before all factors plus C after them, the `crosses`, and G what D gains between the
     /// halves.
     #[inline(always)]
-    fn move_position(
+    fn apply_position(
         &self,
         p: &mut Upper,
         crosses: BlockReg<S>,
@@ -183,9 +184,9 @@ impl<S: Simd> Shears<S> {
         moved.add_to_diagonal(variance).store(&mut p[at(P, P)]);
     }
 
-    /// The attitude turns in its own row.
+    /// Applies the factor of the attitude in its own row.
     #[inline(always)]
-    fn turn_row(&self, p: &mut Upper, noise: &Noise) {
+    fn apply_attitude_row(&self, p: &mut Upper, noise: &Noise) {
         let gain = self.bias.mul(load_at(p, W, W));
         let before = load_at::<S>(p, A, W);
         before.add_scaled(1.0, gain).store(&mut p[at(A, W)]);
@@ -200,10 +201,10 @@ impl<S: Simd> Shears<S> {
             .store(&mut p[at(A, F)]);
     }
 
-    /// The attitude turns in the rows of velocity and position: products from the right, whose left
-    /// numbers memory spreads.
+    /// Applies the factor of the attitude in the rows of velocity and position: products from the
+    /// right, whose left numbers memory broadcasts.
     #[inline(always)]
-    fn turn_column(&self, p: &mut Upper) {
+    fn apply_attitude_column(&self, p: &mut Upper) {
         let bias = self.bias.transposed();
         for row in [V, P] {
             load_at::<S>(p, row, A).add_product(&p[at(row, W)], bias).store(&mut p[at(row, A)]);
@@ -223,13 +224,13 @@ pub(crate) fn move_columns<S: Simd>(
     tilt: &Vector3<f64>,
     bias: &Matrix3<f64>,
 ) {
-    let shears = Shears::<S>::new(half, tilt, bias);
+    let factors = Factors::<S>::new(half, tilt, bias);
     let [position, velocity, attitude, gyro_bias, accel_bias] = x;
     let before = load(velocity);
-    let after = before.add_scaled(1.0, shears.gain(load(attitude), load(accel_bias)));
-    shears.led_on(load(position), before, after).store(position);
+    let after = before.add_scaled(1.0, factors.gain(load(attitude), load(accel_bias)));
+    factors.integrated(load(position), before, after).store(position);
     after.store(velocity);
-    load(attitude).add_broadcast_product(&shears.bias, load(gyro_bias)).store(attitude);
+    load(attitude).add_broadcast_product(&factors.bias, load(gyro_bias)).store(attitude);
 }
 
 /// X becomes (I - K H) X, which is `X - Vᵀ L⁻¹ H X`, where the whitener is the lower triangle L⁻¹
@@ -248,7 +249,7 @@ pub(crate) fn reduce_columns<S: Simd>(
     }
 }
 
-/// The states of the block `target` gain `m` times those of `source`, another block.
+/// Adds `m` times the states of the block `source` to those of `target`, another block.
 #[inline(always)]
 pub(crate) fn shear<S: Simd>(_: S, p: &mut Upper, target: usize, source: usize, m: &Matrix3<f64>) {
     let m = &m.into();
@@ -293,7 +294,7 @@ impl WhitenedGain {
 pub(crate) type Errors = [[f64; 4]; BLOCKS];
 
 /// P becomes P - Vᵀ V, where the whitener is the lower triangle L⁻¹ and b the observed block; V is
-/// left in `gain`, and the errors Vᵀ y that the whitened innovation y tells of in `errors`.
+/// left in `gain`, and the errors Vᵀ y estimated from the whitened innovation y in `errors`.
 #[inline(always)]
 pub(crate) fn reduce<S: Simd>(
     _: S,
@@ -322,8 +323,8 @@ pub(crate) fn reduce<S: Simd>(
     reduce_row(gf, [rf], [ff]);
 }
 
-/// Blocks side by side lose the products `leftᵀ right`.  They are at most three: so many of `right`
-/// stay in registers, and each number of `left` is spread over a vector once for all of them.
+/// Subtracts the products `leftᵀ right` from blocks side by side.  They are at most three, so that
+/// `right` stays in registers, and each number of `left` is broadcast once for all of them.
 #[inline(always)]
 fn reduce_row<S: Simd, const N: usize>(
     left: &Block3,
@@ -363,7 +364,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_prediction_is_the_dense_congruence_on_any_instruction_set(
+        fn prediction_is_the_dense_congruence_on_any_instruction_set(
             dense in positive(),
             half in 0.001..0.5,
             tilt in [-2.0..2.0, -2.0..2.0, -2.0..2.0],

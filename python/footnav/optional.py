@@ -1,4 +1,4 @@
-"""Libraries that are loaded only when a feature needs them."""
+"""Import of optional libraries."""
 
 from importlib import import_module
 from typing import Any
@@ -14,9 +14,9 @@ def require(module: str, install: str, error: type[FootnavError] = FootnavError)
     module : str
         Module to import.
     install : str
-        What pip has to install when it is missing.
+        Requirement for pip when it is missing.
     error : type
-        What to raise when it is missing.
+        Type of the error when it is missing.
 
     Returns
     -------
@@ -26,7 +26,7 @@ def require(module: str, install: str, error: type[FootnavError] = FootnavError)
     Raises
     ------
     FootnavError
-        When the library is missing; the message says how to install it.
+        When the library is missing; the message has the command that installs it.
     """
     try:
         return import_module(module)

@@ -1,4 +1,4 @@
-"""Rows that put our figures beside those of the papers."""
+"""Rows with measured and published figures."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from footnav.export.atomic import replacing
+from footnav.files import replacing
 
 if TYPE_CHECKING:
-    from footnav.papers.run import Outcome
+    from papers.run import Outcome
 
-RANGES_UNKNOWN = "the filter is not told the ranges"
+RANGES_UNKNOWN = "the filter does not know the ranges"
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
@@ -24,14 +24,13 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     reference : str
         "P1" to "P4".
     experiment : str
-        What was walked.
+        The route and the sensor.
     approach : str
-        How it was tracked.
+        Name of the approach.
     paper : float or None
         The paper's figure, in `unit`.
     ours_median, ours_p90 : float or None
-        Median of ours, and what 90 % of the walks stay within, in `unit`; None where nothing was
-        run.
+        Median and 90th percentile of footnav, in `unit`; None for a skipped experiment.
     unit : str
         "%" of the distance, or "m".
     distance : float or None
@@ -39,11 +38,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     limit : float or None
         Greatest median that agrees with the paper, in `unit`.
     met : bool or None
-        Whether the median keeps to it; None without a limit.
+        Whether the median is within it; None without a limit.
     seeds : int
         Number of walks.
     note : str
-        What there is to know.
+        Remarks.
     """
 
     reference: str
@@ -61,7 +60,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, outcome: Outcome) -> Row:
-        """Sum an outcome up."""
+        """Summarize an outcome."""
         experiment, approach = outcome.experiment, outcome.approach
         notes = (experiment.note, approach.note, "" if approach.ranges_known else RANGES_UNKNOWN)
         return cls(
@@ -81,7 +80,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def skipped(cls, reference: str, experiment: str, why: str) -> Row:
-        """Tell of an experiment that was not run."""
+        """Describe a skipped experiment."""
         return cls(
             reference=reference,
             experiment=experiment,
@@ -99,6 +98,6 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def write_json(rows: Sequence[Row], path: Path) -> None:
-    """Write rows as a JSON array of objects; the file is the old one or the whole new one."""
+    """Write rows as a JSON array of objects, atomically."""
     with replacing(path) as file:
         file.write(msgspec.json.format(msgspec.json.encode(rows), indent=1) + b"\n")

@@ -1,7 +1,7 @@
-"""Strides of the foot that carries the sensor, from stance to stance.
+"""Strides of the foot that carries the sensor, from one stance to the next.
 
-What counts as a stance and where in it a stride starts or ends is decided in the core, for a
-finished track as for a stream; ``docs/strides.md`` says how.
+The core decides which samples form a stance and where in it a stride starts or ends, by the same
+rule for a recording and a stream; see ``docs/strides.md``.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stride:
-    """The way of the foot from one stance to the next; the arrays are read-only.
+    """The motion of the foot from one stance to the next; the arrays are read-only.
 
     Attributes
     ----------
@@ -58,22 +58,25 @@ class Stride:
 
     @property
     def duration(self) -> float:
-        """Time that the stride took, s."""
+        """Duration, s."""
         return self.end - self.start
 
     @property
     def local(self) -> Floats:
-        """Displacement in the frame of the start heading, m, and heading change, rad: (dx, dy, dz, dheading)."""
+        """Displacement in the frame of the start heading, m, and heading change, rad.
+
+        (dx, dy, dz, dheading).
+        """
         return _local(
             self.displacement, np.float64(self.start_heading), np.float64(self.heading_change)
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Steps:
+class Strides:
     """The k strides of a track; all arrays are read-only.
 
-    Iterating gives each as a `Stride`.
+    An index or an iteration gives each as a `Stride`.
 
     Attributes
     ----------
@@ -113,19 +116,22 @@ class Steps:
         """Count the strides."""
         return len(self.start)
 
+    def __getitem__(self, k: int) -> Stride:
+        """Return stride `k`; a negative index counts from the end."""
+        return Stride(
+            start_index=int(self.start_index[k]),
+            end_index=int(self.end_index[k]),
+            start=float(self.start[k]),
+            end=float(self.end[k]),
+            displacement=self.displacement[k],
+            start_heading=float(self.start_heading[k]),
+            heading_change=float(self.heading_change[k]),
+            covariance=None if self.covariance is None else self.covariance[k],
+        )
+
     def __iter__(self) -> Iterator[Stride]:
-        """Go through the strides in the order of time."""
-        for k in range(len(self)):
-            yield Stride(
-                start_index=int(self.start_index[k]),
-                end_index=int(self.end_index[k]),
-                start=float(self.start[k]),
-                end=float(self.end[k]),
-                displacement=self.displacement[k],
-                start_heading=float(self.start_heading[k]),
-                heading_change=float(self.heading_change[k]),
-                covariance=None if self.covariance is None else self.covariance[k],
-            )
+        """Iterate over the strides in the order of time."""
+        return (self[k] for k in range(len(self)))
 
     @property
     def length(self) -> Floats:
@@ -139,17 +145,17 @@ class Steps:
 
     @property
     def duration(self) -> Floats:
-        """Time that each stride took, s, (k,)."""
+        """Duration of each stride, s, (k,)."""
         return self.end - self.start
 
     @property
     def local(self) -> Floats:
-        """Displacements in the frames of the start headings, m, and heading changes, rad, (k, 4)."""
+        """Displacements in the frames of the start headings, m, and turns, rad, (k, 4)."""
         return _local(self.displacement, self.start_heading, self.heading_change)
 
 
 def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Join the samples at rest into stances.
+    """Group the samples at rest into stances.
 
     Parameters
     ----------
@@ -166,10 +172,10 @@ def find_stances(t: Floats, zero_velocity: NDArray[np.bool_]) -> tuple[Indices, 
     return _core.stances(t, zero_velocity)
 
 
-def find_steps(
+def find_strides(
     t: Floats, position: Floats, quaternion: Floats, zero_velocity: NDArray[np.bool_]
-) -> Steps:
-    """Measure the strides of a track.
+) -> Strides:
+    """Find the strides of a track.
 
     Parameters
     ----------
@@ -184,14 +190,14 @@ def find_steps(
 
     Returns
     -------
-    Steps
-        Without the shuffles on the spot, and without covariance.
+    Strides
+        Without shuffles on the spot, and without covariance.
     """
-    return Steps(**_core.strides(t, position, quaternion, zero_velocity))
+    return Strides(**_core.strides(t, position, quaternion, zero_velocity))
 
 
 def _local(displacement: Floats, start_heading: Floats, heading_change: Floats) -> Floats:
-    """Turn displacements (..., 3) by their headings backwards, and append the changes of heading."""
+    """Rotate displacements (..., 3) by minus their headings, and append the changes of heading."""
     x, y, z = np.moveaxis(displacement, -1, 0)
     cos, sin = np.cos(start_heading), np.sin(start_heading)
     return np.stack([cos * x + sin * y, cos * y - sin * x, z, heading_change], axis=-1)

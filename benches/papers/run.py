@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footnav.errors import FootnavWarning
-from footnav.papers.experiment import Approach, Experiment
 from footnav.recording import Recording
 from footnav.tracking import track
+from papers.experiment import Approach, Experiment
 
 if TYPE_CHECKING:
     from footnav.trajectory import Trajectory
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What an approach reached in an experiment.
+    """Results of an approach in an experiment.
 
     Attributes
     ----------
@@ -46,12 +46,12 @@ class Outcome:
 
     @property
     def p90(self) -> float:
-        """Figure that 90 % of the walks stay within."""
+        """90th percentile over the walks."""
         return float(np.quantile(self.figures, 0.9, method="higher"))
 
     @property
     def met(self) -> bool | None:
-        """Whether the median keeps to the limit; None without one."""
+        """Whether the median is within the limit; None without one."""
         return None if self.approach.limit is None else self.median <= self.approach.limit
 
 

@@ -1,17 +1,17 @@
-//! Corrections of new_unchecked gait cycles: the velocity that a stance finds wrong is taken off
-//! the swing before it in proportion to time.
+//! Corrections of whole gait cycles: the velocity error that a stance observes is removed from the
+//! swing before it, in proportion to time.
 //!
-//! What is wrong, μ, is read from the unaided velocity: that of the swing, carried on by the
-//! strapdown through the stance as if the stance told nothing.  Linearly weighted interpolation
-//! (LWI) takes its mean over the stance, and leaves `v - μ` of the unaided velocity in the stance;
-//! the residual velocity (RV) is its value at the stance's first sample, and the velocity in the
-//! stance is the one that the filter made of it.  In the swing from `t_start` to `t_end`,
+//! The error μ follows from the free-inertial velocity: that of the swing, propagated through the
+//! stance without aids.  Linearly weighted interpolation (LWI) takes its mean over the stance, and
+//! the velocity in the stance becomes the free-inertial velocity less μ.  The residual velocity (RV)
+//! is the value at the first sample of the stance, and the velocity in the stance is that of the
+//! filter.  In the swing from `t_start` to `t_end`,
 //!
 //! ```text
 //! v' = v - μ (t - t_start) / (t_end - t_start)
 //! ```
 //!
-//! and the position is integrated again from v'.  A swing that no stance follows stays as it is.
+//! and the position is integrated from v'.  A swing without a stance after it is unchanged.
 //!
 //! # References
 //! Abdulrahim, Moore, Hide, Hill, "Understanding the Performance of Zero Velocity Updates in
@@ -48,29 +48,33 @@ settings! {
     }
 }
 
-/// Corrects velocity and position of a new_unchecked track, given the unaided velocity (n, m/s) of
+/// Corrects velocity and position of a whole track, given the free-inertial velocity (n, m/s) of
 /// each row.
-pub(crate) fn correct(kind: CorrectionKind, trajectory: &mut Trajectory, unaided: &[Vector3<f64>]) {
-    let mut velocity = unaided.to_vec();
+pub(crate) fn correct(
+    kind: CorrectionKind,
+    trajectory: &mut Trajectory,
+    free_inertial: &[Vector3<f64>],
+) {
+    let mut velocity = free_inertial.to_vec();
     let mut swing_start = 0;
     for stance in stances(&trajectory.zero_velocity) {
-        let wrong = match kind {
+        let error = match kind {
             CorrectionKind::None => return,
             CorrectionKind::LinearlyWeighted => {
-                unaided[stance.clone()].iter().sum::<Vector3<f64>>() / length(&stance)
+                free_inertial[stance.clone()].iter().sum::<Vector3<f64>>() / length(&stance)
             }
-            CorrectionKind::ResidualVelocity => unaided[stance.start],
+            CorrectionKind::ResidualVelocity => free_inertial[stance.start],
         };
         let (start, end) = (trajectory.time[swing_start], trajectory.time[stance.start]);
         let swing = swing_start..stance.start;
         for (velocity, time) in velocity[swing.clone()].iter_mut().zip(&trajectory.time[swing]) {
-            *velocity -= wrong * ((time - start) / (end - start));
+            *velocity -= error * ((time - start) / (end - start));
         }
         for (velocity, filtered) in
             velocity[stance.clone()].iter_mut().zip(&trajectory.velocity[stance.clone()])
         {
             *velocity = if kind == CorrectionKind::LinearlyWeighted {
-                *velocity - wrong
+                *velocity - error
             } else {
                 (*filtered).into()
             };
@@ -80,14 +84,14 @@ pub(crate) fn correct(kind: CorrectionKind, trajectory: &mut Trajectory, unaided
     integrate(trajectory, &velocity);
 }
 
-/// Runs of rows at rest.
+/// Runs of rows in stance.
 fn stances(zero_velocity: &[bool]) -> impl Iterator<Item = Range<usize>> {
     let mut end = 0;
     std::iter::from_fn(move || {
-        let start = end + zero_velocity[end..].iter().position(|&rests| rests)?;
+        let start = end + zero_velocity[end..].iter().position(|&stance| stance)?;
         end = zero_velocity[start..]
             .iter()
-            .position(|&rests| !rests)
+            .position(|&stance| !stance)
             .map_or(zero_velocity.len(), |n| start + n);
         Some(start..end)
     })
@@ -117,20 +121,20 @@ fn integrate(trajectory: &mut Trajectory, velocity: &[Vector3<f64>]) {
 mod tests {
     use super::*;
 
-    /// Rest, a swing of `swing` samples with constant acceleration that ends `wrong` too fast, a
+    /// Rest, a swing of `swing` samples with constant acceleration that ends `error` too fast, a
     /// stance, and half a swing; samples at 100 Hz.
-    fn track(swing: usize, wrong: f64) -> (Trajectory, Vec<Vector3<f64>>) {
+    fn track(swing: usize, error: f64) -> (Trajectory, Vec<Vector3<f64>>) {
         let mut trajectory = Trajectory::default();
-        let mut unaided = Vec::new();
+        let mut free_inertial = Vec::new();
         for k in 0..swing + 30 {
             let (moving, stance) =
                 (k > 10 && k < 10 + swing, (10 + swing..20 + swing).contains(&k));
             let share = (f64::from(u32::try_from(k).unwrap()) - 10.0)
                 / f64::from(u32::try_from(swing).unwrap());
             let v = if moving {
-                wrong * share
+                error * share
             } else if stance {
-                wrong
+                error
             } else {
                 0.0
             };
@@ -138,16 +142,16 @@ mod tests {
             trajectory.position.push([0.0; 3]);
             trajectory.velocity.push([if stance { 0.0 } else { v }, 0.0, 0.0]);
             trajectory.zero_velocity.push(k <= 10 || stance);
-            unaided.push(Vector3::new(v, 0.0, 0.0));
+            free_inertial.push(Vector3::new(v, 0.0, 0.0));
         }
-        (trajectory, unaided)
+        (trajectory, free_inertial)
     }
 
     #[test]
-    fn a_velocity_that_grew_in_proportion_to_time_is_taken_off_whole() {
+    fn a_velocity_error_in_proportion_to_time_is_removed() {
         for kind in [CorrectionKind::LinearlyWeighted, CorrectionKind::ResidualVelocity] {
-            let (mut trajectory, unaided) = track(40, 0.3);
-            correct(kind, &mut trajectory, &unaided);
+            let (mut trajectory, free_inertial) = track(40, 0.3);
+            correct(kind, &mut trajectory, &free_inertial);
             for (velocity, position) in trajectory.velocity.iter().zip(&trajectory.position) {
                 assert!(
                     velocity[0].abs() < 1e-12 && position[0].abs() < 1e-12,
@@ -160,11 +164,11 @@ mod tests {
     #[test]
     fn the_mean_and_the_first_velocity_of_a_drifting_stance_differ() {
         let drifting = |kind| {
-            let (mut trajectory, mut unaided) = track(40, 0.3);
-            for (k, velocity) in unaided[50..60].iter_mut().enumerate() {
+            let (mut trajectory, mut free_inertial) = track(40, 0.3);
+            for (k, velocity) in free_inertial[50..60].iter_mut().enumerate() {
                 velocity.x += 0.01 * f64::from(u32::try_from(k).unwrap());
             }
-            correct(kind, &mut trajectory, &unaided);
+            correct(kind, &mut trajectory, &free_inertial);
             trajectory
         };
         let (lwi, rv) = (
@@ -184,10 +188,10 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_that_no_stance_follows_stays_as_it_is() {
-        let (mut trajectory, mut unaided) = track(40, 0.0);
-        unaided[65].x = 0.5;
-        correct(CorrectionKind::ResidualVelocity, &mut trajectory, &unaided);
+    fn a_swing_without_a_stance_after_it_is_unchanged() {
+        let (mut trajectory, mut free_inertial) = track(40, 0.0);
+        free_inertial[65].x = 0.5;
+        correct(CorrectionKind::ResidualVelocity, &mut trajectory, &free_inertial);
         assert!((trajectory.velocity[65][0] - 0.5).abs() < 1e-12);
     }
 }

@@ -7,14 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footnav.cli import main
 from footnav.errors import ConfigError, DataError, FootnavWarning
-from footnav.papers import PAPERS, Outcome, Row, abdulrahim, experiments_of, run, wang_liu, wu
-from footnav.papers.experiment import Experiment, Simulated, Walk, closing_error, gait_at
-from footnav.papers.picture import draw
-from footnav.papers.report import write_json
 from footnav.simulation import Route, SensorErrors, simulate
 from footnav.tracking import track
+from papers import PAPERS, abdulrahim, experiments_of, wang_liu, wu
+from papers.command import main
+from papers.experiment import Experiment, Simulated, Walk, closing_error, gait_at
+from papers.picture import draw
+from papers.report import Row, write_json
+from papers.run import Outcome, run
+
+pytestmark = pytest.mark.slow
 
 SEEDS = 3
 KEYS = {
@@ -41,8 +44,11 @@ def outcomes(
     return {(outcome.experiment.title, outcome.approach.name): outcome for outcome in found}
 
 
-def test_p1_keeps_to_its_limit_and_diverges_unaided() -> None:
-    """A calibrated sensor, both routes; more walks than elsewhere, since a median of three is none."""
+def test_p1_is_within_its_limit_and_diverges_unaided() -> None:
+    """A calibrated sensor, both routes.
+
+    More walks than elsewhere, since a median of three is none.
+    """
     found = outcomes("P1", lambda experiment: "uncalibrated" not in experiment.title, seeds=8)
     for title in ("19 m north, calibrated sensor", "17 m square, calibrated sensor"):
         assert found[title, "ZUPT"].met is True
@@ -54,7 +60,7 @@ def test_p1_keeps_to_its_limit_and_diverges_unaided() -> None:
 
 
 def test_p2_without_the_gyros_bias_is_as_wrong_as_the_paper_and_iaa_is_no_cure() -> None:
-    """Trial 5: tens of metres, which IAA does not bring down to the paper's 4 m but a rest at the start nearly does."""
+    """Trial 5: tens of metres; IAA does not reach the paper's 4 m, a rest at the start nearly."""
     found = outcomes("P2", lambda experiment: experiment.title.startswith("trial 5"))
     figure = {approach: outcome.median for (_, approach), outcome in found.items()}
     assert 15 < figure["ZUPT"] < 120
@@ -63,7 +69,10 @@ def test_p2_without_the_gyros_bias_is_as_wrong_as_the_paper_and_iaa_is_no_cure()
 
 
 def test_p3_the_corrections_help_dead_reckoning_and_not_the_filter() -> None:
-    """The paper's order of the first three, in the median; where a bias of the gyroscope is lost, walks differ."""
+    """The paper's order of the first three, in the median.
+
+    Where a bias of the gyroscope is lost, walks differ.
+    """
     found = outcomes("P3", lambda experiment: experiment.title.endswith("not clipped"), seeds=6)
     median = {approach: outcome.median for (_, approach), outcome in found.items()}
     assert median["DR"] > 2 * median["DR+LWI"] > 2 * median["DR+RV"]
@@ -72,7 +81,7 @@ def test_p3_the_corrections_help_dead_reckoning_and_not_the_filter() -> None:
         assert abs(median[corrected] - median["KF"]) < 5
 
 
-def test_p3_clipping_is_what_ruins_dead_reckoning() -> None:
+def test_p3_clipping_invalidates_dead_reckoning() -> None:
     """Kilometres, as in the paper; the filter errs by far less."""
     found = outcomes("P3", lambda experiment: experiment.title.endswith("lift, clipped"), seeds=1)
     figures = {approach: outcome.median for (_, approach), outcome in found.items()}
@@ -80,7 +89,7 @@ def test_p3_clipping_is_what_ruins_dead_reckoning() -> None:
     assert figures["KF"] < figures["DR"] / 20
 
 
-def test_p4_keeps_to_its_limit() -> None:
+def test_p4_is_within_its_limit() -> None:
     """All three routes with a sensor that holds the foot's motion."""
     found = outcomes("P4", lambda experiment: "clipped" not in experiment.title, seeds=SEEDS)
     assert len(found) == 3
@@ -89,7 +98,7 @@ def test_p4_keeps_to_its_limit() -> None:
         assert outcome.median <= 2.0
 
 
-def test_the_way_indoors_ends_where_it_began_after_six_minutes() -> None:
+def test_the_indoor_route_is_closed_and_takes_six_minutes() -> None:
     """By stairs up, by lift down."""
     walks = abdulrahim.experiments()[0].walks
     walk = walks.load(0)
@@ -118,7 +127,7 @@ def test_every_experiment_states_its_figures(paper: str) -> None:
 def test_p1_walks_as_many_steps_as_the_paper() -> None:
     """32 steps are 16 strides of the foot that carries the sensor."""
     _, truth = simulate(Route.straight(wu.NORTH), wu.GAIT, "ideal", 1)
-    assert len(truth.steps) == wu.STEPS / 2
+    assert len(truth.strides) == wu.STEPS / 2
 
 
 @pytest.mark.parametrize("speed", [0.7, 1.25, 2.05, 2.41])
@@ -167,10 +176,10 @@ def test_p2_starts_without_the_mean_of_the_gyroscope() -> None:
 def test_rows_of_the_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One for each experiment and approach, with every key; what is missing is said."""
+    """One for each experiment and approach, with every key; skipped ones have a note."""
     monkeypatch.delenv("FOOTNAV_DATA", raising=False)
     path = tmp_path / "out.json"
-    assert main(["papers", "--paper", "P3", "--seeds", "1", "--json", str(path)]) == 0
+    assert main(["--paper", "P3", "--seeds", "1", "--json", str(path)]) == 0
     rows = json.loads(path.read_text())
     assert len(rows) == sum(len(experiment.approaches) for experiment in experiments_of("P3")) + 1
     for row in rows:
@@ -204,11 +213,11 @@ def test_rows_of_the_command(
         (["--paper", "P3", "--data", "nowhere"], 1, "openshoe: no recordings (*.npz) there"),
     ],
 )
-def test_misuse_is_said(
+def test_misuse_is_reported(
     arguments: list[str], status: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In one line, before anything is run."""
-    assert main(["papers", *arguments]) == status
+    assert main(arguments) == status
     out, err = capsys.readouterr()
     assert out == ""
     assert message in err
@@ -232,7 +241,7 @@ def test_a_picture_of_an_experiment(tmp_path: Path) -> None:
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
-def test_rows_survive_being_written(tmp_path: Path) -> None:
+def test_rows_are_written(tmp_path: Path) -> None:
     """And an experiment that was skipped has nothing but a note."""
     row = Row.skipped("P3", "real", "why")
     write_json([row], tmp_path / "rows.json")
@@ -240,7 +249,10 @@ def test_rows_survive_being_written(tmp_path: Path) -> None:
 
 
 def test_recordings_are_clipped(tmp_path: Path) -> None:
-    """At the ranges of the paper's sensor, which they carry; a walk without a truth is a closed one."""
+    """At the ranges of the paper's sensor, which they carry.
+
+    A walk without a truth is a closed one.
+    """
     recording, truth = simulate(Route.straight(5.0), "run", "ideal", 1)
     for folder in ("openshoe", "vicon"):
         (tmp_path / folder).mkdir()
@@ -257,7 +269,7 @@ def test_recordings_are_clipped(tmp_path: Path) -> None:
 
 
 def test_real_recordings_keep_the_order_of_dead_reckoning(data_dir: Path) -> None:
-    """On closed walks that were clipped afterwards the corrections help, each more than the one before."""
+    """On closed walks clipped afterwards, each correction improves on the one before."""
     found = {
         outcome.approach.name: outcome for outcome in run(abdulrahim.recorded(data_dir)[:1], 1)
     }

@@ -1,20 +1,45 @@
-"""`footnav papers`."""
+"""Command line of the experiments."""
 
 import os
+import sys
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-from footnav.cli.console import attending, caution, make_folder, print_table
-from footnav.cli.report import beside_papers
+from cyclopts import App, Parameter
+
+from footnav.cli.console import make_folder, print_table, print_warning, reporting
+from footnav.cli.run import run_app
 from footnav.errors import ConfigError
-from footnav.export.library import require
-from footnav.papers import Outcome, Row, experiments_of, run
-from footnav.papers.picture import draw
-from footnav.papers.report import write_json
+from footnav.optional import require
+from papers import experiments_of
+from papers.picture import draw
+from papers.report import Row, write_json
+from papers.run import Outcome, run
+from papers.table import tabulate
 
 NO_DATA = "no recordings; name their folder with --data or in the environment variable FOOTNAV_DATA"
 
+app = App(name="papers.py", default_parameter=Parameter(negative=""), version_flags=())
 
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the experiments.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Options; those of the process unless given.
+
+    Returns
+    -------
+    int
+        Exit status, as for `footnav`.
+    """
+    return run_app(app, sys.argv[1:] if arguments is None else arguments)
+
+
+@app.default
 def reproduce(
     *,
     paper: str | None = None,
@@ -23,7 +48,7 @@ def reproduce(
     plots: Path | None = None,
     data: Path | None = None,
 ) -> int:
-    """Repeat the experiments of the four papers, and put our figures beside theirs.
+    """Repeat the experiments of the four papers and tabulate measured and published figures.
 
     Parameters
     ----------
@@ -50,13 +75,13 @@ def reproduce(
         make_folder(plots)
     data = data or _folder_in_environment()
     experiments = experiments_of(paper, data)
-    with attending("papers") as progress:
+    with reporting("papers") as progress:
         outcomes = run(experiments, seeds, progress)
     rows = [Row.of(outcome) for outcome in outcomes]
     if data is None and paper in (None, "P3"):
-        caution("P3", f"real recordings skipped: {NO_DATA}")
+        print_warning("P3", f"real recordings skipped: {NO_DATA}")
         rows.append(Row.skipped("P3", "real recordings, clipped", NO_DATA))
-    print_table(beside_papers(rows))
+    print_table(tabulate(rows))
     if json is not None:
         write_json(rows, json)
         print(f"{json}: {len(rows)} rows")

@@ -1,4 +1,4 @@
-"""What a calibration was made from."""
+"""Data that a calibration is based on."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ def as_recordings(recordings: Recording | Sequence[Recording]) -> list[Recording
     return found
 
 
-def origin(recordings: Sequence[Recording], sensor: str) -> dict[str, Any]:
+def provenance(recordings: Sequence[Recording], sensor: str) -> dict[str, Any]:
     """Return `range`, `temperature` and `date` of a sensor's calibration.
 
     Parameters
     ----------
     recordings : sequence of Recording
-        What it is made from.
+        Recordings that the calibration is based on.
     sensor : {"accel", "gyro", "mag"}
         The sensor.
 
@@ -59,7 +59,7 @@ def origin(recordings: Sequence[Recording], sensor: str) -> dict[str, Any]:
 
 
 def check_setup(recordings: Sequence[Recording], setup: Setup | None) -> None:
-    """Raise ConfigError if recordings were made at other full scales than the registers of the chip say."""
+    """Raise ConfigError if the full scales of recordings and registers differ."""
     if setup is None:
         return
     expected = {
@@ -70,7 +70,8 @@ def check_setup(recordings: Sequence[Recording], setup: Setup | None) -> None:
         found = _common_range(recordings, label)
         if found is not None and abs(found / full_scale - 1) > RANGE_TOLERANCE:
             raise ConfigError(
-                f"{label} of the recording is {found:.4g}, that of the given registers {full_scale:.4g}"
+                f"{label} of the recording is {found:.4g}, that of the given registers "
+                f"{full_scale:.4g}"
             )
 
 
@@ -80,6 +81,7 @@ def _common_range(recordings: Sequence[Recording], label: str) -> float | None:
     for name, full_scale in known[1:]:
         if abs(full_scale / known[0][1] - 1) > RANGE_TOLERANCE:
             raise ConfigError(
-                f"{name} has {label} {full_scale:.4g}, but {known[0][0]} has {known[0][1]:.4g}; calibrate each alone"
+                f"{name} has {label} {full_scale:.4g}, but {known[0][0]} has {known[0][1]:.4g}; "
+                "calibrate each alone"
             )
     return known[0][1] if known else None

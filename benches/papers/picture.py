@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footnav.errors import FootnavWarning
-from footnav.export.atomic import replacing
-from footnav.export.library import require
-from footnav.papers.run import Outcome, follow
-from footnav.plot import FAINT, INK, TRACK, TRUTH, _axes, _figure
+from footnav.files import replacing
+from footnav.optional import require
+from footnav.plot import FAINT, INK, TRACK, TRUTH, make_figure, style_axes
+from papers.run import Outcome, follow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,9 +31,9 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
     Parameters
     ----------
     outcomes : sequence of Outcome
-        What its approaches reached.
+        Results of its approaches.
     folder : Path
-        Where the picture goes.
+        Folder of the picture.
 
     Returns
     -------
@@ -46,10 +46,10 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
         When the file cannot be written, or matplotlib is missing.
     """
     experiment = outcomes[0].experiment
-    figure = _figure((11, 4.8))
+    figure = make_figure((11, 4.8))
     from_above, errors = figure.subplots(1, 2, width_ratios=(1, 1.1))
-    _draw_tracks(outcomes, _axes(from_above, "x or east (m)", "y or north (m)"))
-    _draw_errors(outcomes, _axes(errors, f"error ({experiment.unit})", ""))
+    _draw_tracks(outcomes, style_axes(from_above, "x or east (m)", "y or north (m)"))
+    _draw_errors(outcomes, style_axes(errors, f"error ({experiment.unit})", ""))
     figure.suptitle(
         f"{experiment.paper}: {experiment.title}",
         x=0.01,
@@ -65,7 +65,10 @@ def draw(outcomes: Sequence[Outcome], folder: Path) -> Path:
 
 
 def _draw_tracks(outcomes: Sequence[Outcome], ax: Axes) -> None:
-    """Draw the first walk, the approaches one above the other; what leaves the picture is cut off."""
+    """Draw the first walk, the approaches one above the other.
+
+    What leaves the picture is cut off.
+    """
     walk = outcomes[0].experiment.walks.load(0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FootnavWarning)

@@ -1,4 +1,4 @@
-"""Units judged from the values, for files that do not state them.
+"""Units inferred from the values, for files that do not state them.
 
 Each function returns a unit only where no other one is plausible for an IMU on a foot, and None
 when in doubt.
@@ -11,7 +11,10 @@ from footnav.recording import STANDARD_GRAVITY, Floats
 
 
 def time_unit(t: Floats) -> str | None:
-    """Judge the unit of stamps, shape (n,), by the interval: 10 to 5000 Hz are the rates of an IMU."""
+    """Infer the unit of stamps, shape (n,), by the interval.
+
+    10 to 5000 Hz are the rates of an IMU.
+    """
     intervals = np.diff(t)
     intervals = intervals[intervals > 0]
     if not intervals.size:
@@ -22,7 +25,7 @@ def time_unit(t: Floats) -> str | None:
 
 
 def accel_unit(accel: Floats) -> str | None:
-    """Judge the unit of the specific force, shape (n, 3), by gravity, which is in most of its samples."""
+    """Infer the unit of the specific force, shape (n, 3), from gravity."""
     level = float(np.median(np.linalg.norm(accel, axis=1)))
     if 0.5 <= level <= 1.6:
         return "g"
@@ -32,7 +35,9 @@ def accel_unit(accel: Floats) -> str | None:
 
 
 def gyro_unit(gyro: Floats, accel: Floats) -> str | None:
-    """Judge the unit of the angular rate, shape (n, 3); `accel` is the specific force, shape (n, 3), m/s^2.
+    """Infer the unit of the angular rate, shape (n, 3).
+
+    `accel` is the specific force, shape (n, 3), m/s^2.
 
     A walking foot peaks at 4 to 17 rad/s, that is 230 to 1000 deg/s.  Beyond 60 the values are
     deg/s; 2 to 40 are rad/s if the accelerometer shows that the foot was walking, since a foot that
@@ -46,13 +51,19 @@ def gyro_unit(gyro: Floats, accel: Floats) -> str | None:
 
 
 def _walks(accel: Floats) -> bool:
-    """Whether one sample in fifty is 3 m/s^2 away from gravity: heel strikes and swings, not a knock on the table."""
+    """Whether one sample in fifty is 3 m/s^2 away from gravity.
+
+    Heel strikes and swings, not an impact on the table.
+    """
     excess = np.abs(np.linalg.norm(accel, axis=1) - STANDARD_GRAVITY)
     return bool(np.quantile(excess, 0.98) > 3.0)
 
 
 def mag_unit(mag: Floats) -> str | None:
-    """Judge the unit of the magnetic field, shape (n, 3): the Earth's is 22 to 67 uT, steel may treble it."""
+    """Infer the unit of the magnetic field, shape (n, 3).
+
+    The Earth's is 22 to 67 uT, steel may treble it.
+    """
     level = float(np.median(np.linalg.norm(mag, axis=1)))
     if 10 <= level <= 200:
         return "uT"
@@ -60,7 +71,7 @@ def mag_unit(mag: Floats) -> str | None:
 
 
 def pressure_unit(pressure: Floats) -> str | None:
-    """Judge the unit of the air pressure, shape (n,): 500 to 1100 hPa wherever people walk."""
+    """Infer the unit of the air pressure, shape (n,): 500 to 1100 hPa wherever people walk."""
     level = float(np.median(pressure))
     if 500 <= level <= 1100:
         return "hPa"
@@ -70,5 +81,8 @@ def pressure_unit(pressure: Floats) -> str | None:
 
 
 def temperature_unit(temperature: Floats) -> str | None:
-    """Judge the unit of the temperature, shape (n,): what is within the limits of a chip is degrees Celsius."""
+    """Infer the unit of the temperature, shape (n,).
+
+    Values within the limits of a chip are degrees Celsius.
+    """
     return "degC" if np.all(np.abs(temperature - 22.5) <= 107.5) else None

@@ -1,4 +1,7 @@
-"""Experiments of the four papers, on simulated walks and on real ones; `docs/papers.md` explains papers and results."""
+"""Experiments of the four papers, on simulated walks and on real ones.
+
+`docs/papers.md` explains papers and results.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from footnav.errors import ConfigError, nearest
-from footnav.papers import abdulrahim, wang_liu, wang_yang, wu
-from footnav.papers.report import Row
-from footnav.papers.run import Outcome, run
+from papers import abdulrahim, wang_liu, wang_yang, wu
 
 if TYPE_CHECKING:
-    from footnav.papers.experiment import Experiment
+    from papers.experiment import Experiment
 
-__all__ = ["PAPERS", "Outcome", "Row", "experiments_of", "run"]
+__all__ = ["PAPERS", "experiments_of"]
 
 PAPERS = {
     "P1": wu.experiments,
@@ -21,7 +22,7 @@ PAPERS = {
     "P3": abdulrahim.experiments,
     "P4": wang_yang.experiments,
 }
-"""What makes the experiments of each paper."""
+"""Experiments of each paper."""
 
 
 def experiments_of(paper: str | None = None, data: Path | None = None) -> tuple[Experiment, ...]:

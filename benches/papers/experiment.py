@@ -1,4 +1,7 @@
-"""What an experiment is: walks, the approaches that are tried on them, and the figure that the paper gives for each."""
+"""Experiments: walks, approaches and figures.
+
+Walks, the approaches that are tried on them, and the figure that the paper gives for each.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +31,13 @@ JOG_DURATION = 0.9
 ZUPT_ALONE = Filter(
     zero_angular_rate=False, contact_rate=0.0, angular_rate_noise=6.0e-4, covariance_interval=0.0
 )
-"""What the filters of the papers have in common: a foot in stance has no velocity, and nothing else is known of it."""
+"""Common settings of the papers' filters: zero-velocity updates only.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walk:
-    """A recording and what is known of the truth.
+    """A recording and its truth.
 
     Attributes
     ----------
@@ -49,10 +53,10 @@ class Walk:
 
 
 class Walks(Protocol):
-    """Where the walks of an experiment come from."""
+    """Source of the walks of an experiment."""
 
     def count(self, seeds: int) -> int:
-        """Tell how many walks there are when `seeds` of each simulated one are asked for."""
+        """Return the number of walks for `seeds` of each simulated one."""
 
     def load(self, number: int) -> Walk:
         """Return one of them, by its number from 0."""
@@ -65,11 +69,11 @@ class Simulated:
     Attributes
     ----------
     route : Route
-        Where to.
+        The route.
     gait : Gait
         How.
     sensor : SensorErrors
-        With what sensor.
+        The sensor.
     rate_hz : float
         Samples per second.
     """
@@ -96,9 +100,9 @@ Measure: TypeAlias = Callable[["Trajectory", Walk], float]
 
 def closing_error(track: Trajectory, walk: Walk) -> float:
     """Return how far the end of a track lies from that of the truth in the horizontal plane, m."""
-    way = track.position[-1] - track.position[0]
-    true_way = np.zeros(3) if walk.truth is None else walk.truth[-1] - walk.truth[0]
-    return float(np.hypot(*(way - true_way)[:2]))
+    displacement = track.position[-1] - track.position[0]
+    true_displacement = np.zeros(3) if walk.truth is None else walk.truth[-1] - walk.truth[0]
+    return float(np.hypot(*(displacement - true_displacement)[:2]))
 
 
 def armse(track: Trajectory, walk: Walk) -> float:
@@ -113,17 +117,17 @@ class Approach:
     Attributes
     ----------
     name : str
-        What to call it.
+        Name of the approach.
     config : Config
         Its settings.
     paper : float, optional
-        What the paper gives for it, in the unit of the experiment.
+        Figure of the paper, in the unit of the experiment.
     limit : float, optional
         Greatest median that agrees with the paper, in that unit.
     ranges_known : bool
         Whether the filter knows the full-scale ranges, and so which samples are clipped.
     note : str
-        What there is to know about it.
+        Remarks.
     """
 
     name: str
@@ -143,7 +147,7 @@ class Experiment:
     paper : str
         "P1" to "P4".
     title : str
-        What was walked.
+        The route and the sensor.
     walks : Walks
         The walks.
     approaches : tuple of Approach
@@ -155,7 +159,7 @@ class Experiment:
     measure : callable
         Error of a track, m.
     note : str
-        What there is to know about all of it.
+        Remarks.
     """
 
     paper: str
@@ -174,7 +178,7 @@ class Experiment:
 
 
 def gait_at(speed: float, **changes: float) -> Gait:
-    """Return a gait for a speed; corners are rounded on the way.
+    """Return a gait for a speed; corners are rounded.
 
     Up to 2 m/s stride length and cadence share the change of speed equally; from there on it is a
     slow jog with a stride of 0.9 s, since a simulated foot that runs faster is accelerated more

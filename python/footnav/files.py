@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic writing of files."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ from footnav.errors import FootnavError
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open a temporary file that takes the place of `path` when the block ends well.
+    """Open a temporary file that replaces `path` when the block succeeds.
 
     Parameters
     ----------
@@ -22,7 +22,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     Yields
     ------
     binary file
-        Beside the target.  When the block fails it is removed, and what was at `path` stays.
+        In the folder of the target.  When the block fails it is removed, and the file at `path`
+        stays.
 
     Raises
     ------
@@ -44,7 +45,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def _remove(file: Path) -> None:
-    """Delete a file that may not exist, in a folder that may not exist."""
+    """Delete a file if it and its folder exist."""
     try:
         file.unlink(missing_ok=True)
     except NotADirectoryError:

@@ -1,9 +1,9 @@
-"""P2: Wang, Liu, Sun, Cai, Cheng 2019, on heading calibration by accelerometer attitude, Electronics 8(12):1405."""
+"""P2: Wang, Liu, Sun, Cai, Cheng 2019, heading calibration, Electronics 8(12):1405."""
 
 from footnav.config import Alignment, Config, Mechanization
 from footnav.detectors import WindowedEnergies
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, gait_at, standing
 from footnav.simulation import Route, SensorErrors
+from papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, gait_at, standing
 
 RATE_HZ = 100.0
 SENSOR = SensorErrors.preset("mti-g710")
@@ -27,7 +27,7 @@ TRIALS = (
 
 ZUPT = Config.preset("mti-g710").replace(
     # No rest is quiet enough, so the gyroscope's bias is not averaged at the start: the paper does
-    # not say that it was.
+    # not mention it.
     alignment=Alignment(rest_gyro_std=1e-9),
     mechanization=Mechanization(kind="first-order"),
     detector=WindowedEnergies(),

@@ -1,9 +1,9 @@
-"""P4: Wang Libing, Yang Songpu, Luo Wei, Pi Yanyan 2016, "Pedestrian navigation algorithm based on MEMS-IMU"."""
+"""P4: Wang Libing, Yang Songpu, Luo Wei, Pi Yanyan 2016, on MEMS pedestrian navigation."""
 
 from footnav.config import Config
 from footnav.detectors import ThreeCondition
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
+from papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 
 RATE_HZ = 200.0
 LIMIT = 2.0
@@ -35,7 +35,7 @@ SENSORS = (
 
 
 def experiments() -> tuple[Experiment, ...]:
-    """Return the three routes, with a sensor whose ranges hold a walking foot and one whose ranges do not."""
+    """Return the three routes, with a sensor of sufficient ranges and one that clips."""
     return tuple(
         Experiment(
             "P4",

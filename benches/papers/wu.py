@@ -1,11 +1,11 @@
-"""P1: Wu, Lu, Chen, "Research on Foot-Mounted Personal Navigation Algorithm based on MEMS Inertial Sensors"."""
+"""P1: Wu, Lu, Chen, on foot-mounted personal navigation with MEMS inertial sensors."""
 
 import math
 
 from footnav.config import Config, Mechanization
 from footnav.detectors import AdaptiveShoe, MagnitudeVariance
-from footnav.papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 from footnav.simulation import Gait, Route, SensorErrors
+from papers.experiment import ZUPT_ALONE, Approach, Experiment, Simulated, standing
 
 RATE_HZ = 200.0
 STEPS = 32

@@ -1,4 +1,4 @@
-"""P3: Abdulrahim, Moore, Hide, Hill, "Understanding the Performance of Zero Velocity Updates in MEMS-based ..."."""
+"""P3: Abdulrahim, Moore, Hide, Hill, on zero velocity updates in MEMS-based navigation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ import numpy as np
 from footnav.config import Config, Correction, Sensor, Smoother
 from footnav.detectors import MagnitudeDebounced
 from footnav.errors import DataError
-from footnav.papers.experiment import (
+from footnav.recording import Recording
+from footnav.sections import CorrectionKind
+from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
+from papers.experiment import (
     ZUPT_ALONE,
     Approach,
     Experiment,
@@ -21,9 +24,6 @@ from footnav.papers.experiment import (
     gait_at,
     standing,
 )
-from footnav.recording import Recording
-from footnav.sections import CorrectionKind
-from footnav.simulation import Route, SensorErrors, TriadErrors, Waypoint
 
 RATE_HZ = 100.0
 SPEED = 1.0
@@ -54,7 +54,9 @@ CLIPPING = SensorErrors(
         range=GYRO_RANGE,
     ),
 )
-"""A sensor of the 3DM-GX1's class: 3.5 deg/√h, 0.4 mg/√Hz, biases of 0.35 deg/s and 5 mg, scale 0.2 %."""
+"""A sensor of the 3DM-GX1's class: 3.5 deg/√h, 0.4 mg/√Hz, biases of 0.35 deg/s and 5 mg, scale 0.2
+%.
+"""
 WIDE = CLIPPING.replace(
     accel=CLIPPING.accel.replace(range=None), gyro=CLIPPING.gyro.replace(range=None)
 )
@@ -128,7 +130,7 @@ SMOOTHERS = (
 
 
 def indoors() -> Route:
-    """Return the way up four floors by stairs, around a loop, down by lift, and back to the start."""
+    """Return the route up four floors by stairs, around a loop, down by lift, and to the start."""
     stairs = Route.stairs(FLOORS, RISERS, RISER, TREAD).waypoints
     x, y, top = stairs[-1].position
     length, width = LOOP
@@ -139,7 +141,7 @@ def indoors() -> Route:
 
 
 def experiments() -> tuple[Experiment, ...]:
-    """Return the way indoors, clipped as by the paper's sensor and with ranges that hold the foot."""
+    """Return the indoor route, clipped as by the paper's sensor, and with sufficient ranges."""
     gait = gait_at(SPEED, rest_before=REST + 1.0)
     clipped, wide = (Simulated(indoors(), gait, sensor, RATE_HZ) for sensor in (CLIPPING, WIDE))
     length = _length(indoors())
