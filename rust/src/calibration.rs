@@ -1,18 +1,16 @@
 //! Calibration of raw readings: M (raw - b) for each sensor, with temperature compensation in
 //! [`TriadCalibration`].
 
-use nalgebra::{Matrix3, Vector3};
-
+use crate::calibration::affine::{Correction, IDENTITY, check_matrix};
 use crate::error::ConfigError;
 use crate::limits::Limits;
 use crate::settings::settings;
 use crate::types::sample::ImuSample;
 
+mod affine;
 mod thermal;
 
 pub use thermal::{TemperatureModel, TriadCalibration};
-
-const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 settings! {
     /// Correction of raw readings: M (raw - b) for each sensor.
@@ -33,52 +31,6 @@ impl Calibration {
     fn has_plausible_matrices(&self) -> Result<(), ConfigError> {
         check_matrix("calibration.accel_matrix", &self.accel_matrix)?;
         check_matrix("calibration.gyro_matrix", &self.gyro_matrix)
-    }
-}
-
-fn check_matrix(key: &'static str, rows: &[[f64; 3]; 3]) -> Result<(), ConfigError> {
-    let determinant = matrix(rows).determinant();
-    if determinant.is_finite() && determinant > 1.0e-3 {
-        return Ok(());
-    }
-    let value = format!("{rows:?}");
-    Err(ConfigError::OutOfRange {
-        key,
-        value,
-        expected: "three rows of a right-handed matrix near the identity".into(),
-    })
-}
-
-fn check_bias(key: &'static str, bias: &[f64; 3]) -> Result<(), ConfigError> {
-    if bias.iter().all(|b| b.is_finite()) {
-        return Ok(());
-    }
-    Err(ConfigError::OutOfRange {
-        key,
-        value: format!("{bias:?}"),
-        expected: "three finite numbers".into(),
-    })
-}
-
-fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, j| rows[i][j])
-}
-
-/// M and b of one sensor.
-#[derive(Clone, Copy, Debug)]
-struct Correction {
-    matrix: Matrix3<f64>,
-    bias: Vector3<f64>,
-}
-
-impl Correction {
-    fn new(rows: &[[f64; 3]; 3], bias: &[f64; 3]) -> Self {
-        Self { matrix: matrix(rows), bias: (*bias).into() }
-    }
-
-    #[inline]
-    fn apply(&self, raw: &Vector3<f64>) -> Vector3<f64> {
-        self.matrix * (raw - self.bias)
     }
 }
 
@@ -110,7 +62,10 @@ impl Calibrator {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
+    use crate::calibration::affine::matrix;
 
     #[test]
     fn calibration_inverts_the_sensor_errors() {

@@ -91,6 +91,14 @@ impl OutputConfig {
 }
 
 impl Config {
+    /// The default settings with the noise and bias figures of a known sensor.
+    ///
+    /// # Errors
+    /// [`ConfigError::UnknownPreset`], listing the known names.
+    pub fn preset(name: &str) -> Result<Self, ConfigError> {
+        Ok(Self { sensor: presets::sensor(name)?, ..Self::default() })
+    }
+
     /// Reads a configuration from TOML; absent settings keep their defaults.
     ///
     /// # Errors

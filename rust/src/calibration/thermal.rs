@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{Correction, IDENTITY, check_bias, check_matrix};
+use crate::calibration::affine::{Correction, IDENTITY, check_bias, check_matrix};
 use crate::error::{ConfigError, DataError, Error};
 use crate::limits;
 
@@ -173,7 +173,7 @@ mod tests {
     /// Reading of a sensor with these errors at a temperature.
     fn reading(truth: Vector3<f64>, excess: f64) -> [f64; 3] {
         let calibration = warm_sensor();
-        let matrix = super::super::matrix(&calibration.matrix).try_inverse().unwrap();
+        let matrix = crate::calibration::affine::matrix(&calibration.matrix).try_inverse().unwrap();
         let scale = Vector3::new(1.0 + 2e-4 * excess, 1.0, 1.0 - 1e-4 * excess);
         let drift = Vector3::new(1e-3, -2e-3, 0.0) * excess
             + Vector3::new(1e-5, 0.0, 3e-5) * excess * excess;

@@ -6,7 +6,6 @@
 //! Turn-on biases are standard deviations of uncalibrated parts where the data sheet gives only
 //! bounds (MPU-6050: 20 deg/s, 50 to 80 mg).
 
-use crate::config::Config;
 use crate::error::ConfigError;
 use crate::types::sensor::SensorConfig;
 
@@ -18,31 +17,29 @@ pub const PRESETS: [&str; 5] = ["mpu6050", "mti-g710", "stim300", "ngimu", "vn10
 const MPU6050_SCALE: f64 = 0.01;
 const MICRO_G: f64 = 9.806_65e-6;
 
-impl Config {
-    /// The default settings with the noise and bias figures of a known sensor.
-    ///
-    /// # Errors
-    /// [`ConfigError::UnknownPreset`], with the available names.
-    pub fn preset(name: &str) -> Result<Self, ConfigError> {
-        let sensor = match name {
-            "mpu6050" => SensorConfig {
-                gyro_scale_std: MPU6050_SCALE,
-                accel_scale_std: MPU6050_SCALE,
-                ..datasheet(0.005, 400.0, 5.0, 0.4)
-            },
-            "mti-g710" => datasheet(0.01, 80.0, 0.2, 0.03),
-            "stim300" => datasheet(0.0025, 50.0, 0.07, 0.02),
-            "ngimu" => datasheet(0.007, 180.0, 1.0, 0.3),
-            "vn100" => datasheet(0.0035, 140.0, 0.3, 0.05),
-            _ => {
-                return Err(ConfigError::UnknownPreset {
-                    name: name.into(),
-                    known: PRESETS.join(", "),
-                });
-            }
-        };
-        Ok(Self { sensor, ..Self::default() })
-    }
+/// Noise, biases and scale of a known sensor.
+///
+/// # Errors
+/// [`ConfigError::UnknownPreset`], with the available names.
+pub(super) fn sensor(name: &str) -> Result<SensorConfig, ConfigError> {
+    let sensor = match name {
+        "mpu6050" => SensorConfig {
+            gyro_scale_std: MPU6050_SCALE,
+            accel_scale_std: MPU6050_SCALE,
+            ..datasheet(0.005, 400.0, 5.0, 0.4)
+        },
+        "mti-g710" => datasheet(0.01, 80.0, 0.2, 0.03),
+        "stim300" => datasheet(0.0025, 50.0, 0.07, 0.02),
+        "ngimu" => datasheet(0.007, 180.0, 1.0, 0.3),
+        "vn100" => datasheet(0.0035, 140.0, 0.3, 0.05),
+        _ => {
+            return Err(ConfigError::UnknownPreset {
+                name: name.into(),
+                known: PRESETS.join(", "),
+            });
+        }
+    };
+    Ok(sensor)
 }
 
 /// Sensor settings from a data sheet: gyroscope noise (deg/s/√Hz), accelerometer noise (µg/√Hz),

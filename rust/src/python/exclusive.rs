@@ -12,7 +12,10 @@ use crate::python::errors::BusyError;
 /// Boxed, because Python aligns its objects to 16 bytes and the covariance wants 32.
 pub(super) struct Exclusive<T>(Mutex<Box<T>>);
 
-const _: () = assert!(align_of::<Exclusive<crate::Navigator>>() <= 16, "Python would misplace it");
+const _: () = assert!(
+    align_of::<Exclusive<crate::pipeline::navigator::Navigator>>() <= 16,
+    "Python would misplace it"
+);
 
 impl<T> Exclusive<T> {
     pub(super) fn new(value: T) -> Self {

@@ -24,6 +24,6 @@ pub(super) fn sample_flags<'py>(
     let samples = Block::of(&(t, accel, gyro))?.samples();
     let mut validator = InputValidator::new(&config, 1.0 / rate_hz.round().max(1.0));
     let flags = samples.iter().map(|sample| validator.ingest(sample).map(|flags| flags.bits()));
-    let flags = flags.collect::<Result<Vec<_>, _>>().map_err(crate::Error::Data)?;
+    let flags = flags.collect::<Result<Vec<_>, _>>().map_err(crate::error::Error::Data)?;
     Ok(PyArray1::from_vec(py, flags))
 }
