@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use footnav::aiding::position_fix::PositionFix;
 use footnav::config::FilterConfig;
 use footnav::decide_all;
 use footnav::detectors::Decision;
@@ -10,7 +11,7 @@ use footnav::ins::strapdown::{Increments, MechanizationKind, Strapdown, Strapdow
 use footnav::math::rotation::{cross_matrix, exp};
 use footnav::simulation::{Gait, Route, SensorErrors, SimulationSettings, simulate};
 use footnav::types::solution::Estimate;
-use footnav::{Config, ImuSample, Navigator};
+use footnav::{Batch, Config, ImuSample, Navigator};
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
 const STATES: usize = 15;
@@ -90,7 +91,13 @@ impl DenseFilter {
         self.pending.map_or(self.covariance, |pending| pending.predict(&self.covariance))
     }
 
-    fn step(&mut self, config: &Config, sample: &ImuSample, decision: &Decision) {
+    fn step(
+        &mut self,
+        config: &Config,
+        sample: &ImuSample,
+        decision: &Decision,
+        fix: Option<&Vector3<f64>>,
+    ) {
         let Estimate { nav, gyro_bias, accel_bias } = &mut self.estimate;
         let [previous, current] =
             [&self.previous, sample].map(|sample| sample.without_bias(gyro_bias, accel_bias));
@@ -105,7 +112,7 @@ impl DenseFilter {
         let newest = PendingSteps { steps: 1.0, total: step, noise };
         let pending = self.pending.take().map_or(newest, |pending| pending.compose(&newest));
         let batch_size = config.filter.covariance_interval / self.strapdown.nominal_interval;
-        if !stance && pending.steps < batch_size.round() {
+        if !stance && fix.is_none() && pending.steps < batch_size.round() {
             self.pending = Some(pending);
         } else {
             self.covariance = pending.predict(&self.covariance);
@@ -115,6 +122,13 @@ impl DenseFilter {
             (self.time_since_zupt, self.pending_position_variance) = (0.0, 0.0);
         } else {
             self.propagate_zupt_error(config, step.dt);
+        }
+        if let Some(position) = fix {
+            let variance = std::mem::take(&mut self.pending_position_variance);
+            for i in POSITION..VELOCITY {
+                self.covariance[(i, i)] += variance;
+            }
+            self.observe(POSITION, &(position - self.estimate.nav.position), &fix_covariance());
         }
     }
 
@@ -129,13 +143,20 @@ impl DenseFilter {
     }
 
     fn update_zero_velocity(&mut self, variance: f64) {
+        let innovation = -self.estimate.nav.velocity;
+        self.observe(VELOCITY, &innovation, &Matrix3::from_diagonal_element(variance));
+    }
+
+    /// Observes the block of states that starts at `first`, in Joseph form.
+    #[expect(clippy::many_single_char_names, reason = "the symbols of the equations")]
+    fn observe(&mut self, first: usize, innovation: &Vector3<f64>, r: &Matrix3<f64>) {
         let mut h = SMatrix::<f64, 3, STATES>::zeros();
-        h.fixed_columns_mut::<3>(VELOCITY).fill_with_identity();
-        let (p, r) = (self.covariance, Matrix3::from_diagonal_element(variance));
+        h.fixed_columns_mut::<3>(first).fill_with_identity();
+        let p = self.covariance;
         let k = p * h.transpose() * (h * p * h.transpose() + r).try_inverse().unwrap();
         let a = Dense::identity() - k * h;
         self.covariance = a * p * a.transpose() + k * r * k.transpose();
-        self.correct(&(-k * self.estimate.nav.velocity));
+        self.correct(&(k * innovation));
     }
 
     fn correct(&mut self, errors: &SVector<f64, STATES>) {
@@ -180,16 +201,51 @@ fn noise(config: &Config, dt: f64) -> Dense {
     Dense::from_diagonal(&variances)
 }
 
+/// Covariance of a position fix, with correlated axes, m².
+fn fix_covariance() -> Matrix3<f64> {
+    Matrix3::new(4e-3, 1e-3, 0.0, 1e-3, 2e-3, 5e-4, 0.0, 5e-4, 9e-3)
+}
+
+/// Position fixes some centimetres off the track without fixes, by row: in stance and in swing.
+fn position_fixes(config: &Config, samples: &[ImuSample], rate: f64) -> Vec<Option<Vector3<f64>>> {
+    let mut batch = Batch::new(config.clone(), rate).unwrap();
+    batch.push_block(samples).unwrap();
+    let rows = batch.finish().unwrap().0.position;
+    let fix = |(row, position): (usize, [f64; 3])| {
+        let phase = f64::from(u32::try_from(row).unwrap());
+        let offset = 0.04 * Vector3::new(phase.sin(), (1.7 * phase).cos(), (2.3 * phase).sin());
+        (row > samples.len() / 3 && row.is_multiple_of(37))
+            .then(|| Vector3::from(position) + offset)
+    };
+    rows.into_iter().enumerate().map(fix).collect()
+}
+
 /// Covariance intervals: each step separately, the default, and a longer one, s.
 const INTERVALS: [f64; 3] = [0.0, 0.02, 0.07];
 
 /// Compares both filters over a recording; the dense one is initialized from the navigator at the
 /// third row.
-fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_interval: f64) {
+fn assert_dense_filter_agrees(
+    samples: &[ImuSample],
+    rate: f64,
+    covariance_interval: f64,
+    with_fixes: bool,
+) {
     let config = config(covariance_interval);
     let decisions = decide_all(&config, rate, samples).unwrap();
     let mut navigator = Navigator::new(config.clone(), rate).unwrap();
     let latency = navigator.latency();
+    let mut fixes = vec![None; samples.len()];
+    if with_fixes {
+        fixes = position_fixes(&config, samples, rate);
+    }
+    for (sample, position) in samples.iter().zip(&fixes) {
+        if let Some(position) = position {
+            let covariance = fix_covariance().into();
+            let fix = PositionFix::new(sample.time, (*position).into(), covariance).unwrap();
+            navigator.push_reading(fix);
+        }
+    }
     let (mut rows, mut compared) = (0, 0);
     let mut dense: Option<DenseFilter> = None;
     for newest in 0..samples.len() {
@@ -225,7 +281,7 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_inter
             continue;
         }
         let dense = dense.as_mut().unwrap();
-        dense.step(&config, &samples[index], &decisions[index]);
+        dense.step(&config, &samples[index], &decisions[index], fixes[index].as_ref());
         let expected = dense.covariance();
         let scale = expected.diagonal().map(f64::sqrt);
         let difference =
@@ -240,6 +296,8 @@ fn assert_dense_filter_agrees(samples: &[ImuSample], rate: f64, covariance_inter
         compared += 1;
     }
     assert!(compared > samples.len() / 2, "{compared} rows of {}", samples.len());
+    let accepted = navigator.health().counters.updates.position_fix.accepted;
+    assert_eq!(accepted > 0, with_fixes, "{accepted} fixes");
 }
 
 #[test]
@@ -248,7 +306,8 @@ fn navigator_equals_the_dense_filter_on_a_simulated_walk() {
     let walk = simulate(&Route::straight(10.0), &Gait::walk(), &SensorErrors::mpu6050(), &settings)
         .unwrap();
     for interval in INTERVALS {
-        assert_dense_filter_agrees(&walk.samples, 200.0, interval);
+        assert_dense_filter_agrees(&walk.samples, 200.0, interval, false);
+        assert_dense_filter_agrees(&walk.samples, 200.0, interval, true);
     }
 }
 
@@ -275,6 +334,7 @@ fn recording() -> Option<Vec<ImuSample>> {
 fn navigator_equals_the_dense_filter_on_a_recorded_walk() {
     let Some(samples) = recording() else { return };
     for interval in INTERVALS {
-        assert_dense_filter_agrees(&samples, 100.0, interval);
+        assert_dense_filter_agrees(&samples, 100.0, interval, false);
+        assert_dense_filter_agrees(&samples, 100.0, interval, true);
     }
 }
