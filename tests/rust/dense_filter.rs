@@ -133,8 +133,8 @@ impl DenseFilter {
         h.fixed_columns_mut::<3>(VELOCITY).fill_with_identity();
         let (p, r) = (self.covariance, Matrix3::from_diagonal_element(variance));
         let k = p * h.transpose() * (h * p * h.transpose() + r).try_inverse().unwrap();
-        let a = Dense::identity() - k * h;
-        self.covariance = a * p * a.transpose() + k * r * k.transpose();
+        let i_kh = Dense::identity() - k * h;
+        self.covariance = i_kh * p * i_kh.transpose() + k * r * k.transpose();
         self.correct(&(-k * self.estimate.nav.velocity));
     }
 
