@@ -246,8 +246,8 @@ mod tests {
             let statistics: Vec<f64> = (0..samples.len()).map(|k| statistic(&samples, k)).collect();
             for (k, found) in decisions.iter().enumerate() {
                 let (statistic, threshold) = expected_decision(&statistics, k);
-                prop_assert!(agrees(found.statistic, statistic), "{}: {:?} {}", k, found, statistic);
-                prop_assert!(agrees(found.threshold, threshold), "{}: {:?} {}", k, found, threshold);
+                prop_assert!(agrees(found.statistic, statistic), "{k}: {found:?} {statistic}");
+                prop_assert!(agrees(found.threshold, threshold), "{k}: {found:?} {threshold}");
                 prop_assert_eq!(found.stationary, found.statistic <= found.threshold);
             }
         }

@@ -9,7 +9,7 @@
 //! G. J. Bierman, "Factorization Methods for Discrete Sequential Estimation", 1977: sec. II.6 on
 //! what makes an update safe.  The update subtracts `W Wᵀ` with `W = P Hᵀ L⁻ᵀ`, `L Lᵀ = H P Hᵀ +
 //! R`; it keeps P positive as long as the ratio of P to R stays far below 1e16, and the check after
-//! each sample tells if it ever does not.
+//! each sample detects where it does not.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 

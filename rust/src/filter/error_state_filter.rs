@@ -234,7 +234,7 @@ impl<S: Simd> ErrorStateFilter<S> {
     /// measurement since the last check.
     ///
     /// A prediction reduces no variance, and a number that is not finite, in the state or in its
-    /// covariance, is at once in the position's.
+    /// covariance, reaches the position in the same step.
     ///
     /// # Errors
     /// As [`ErrorStateFilter::check`].

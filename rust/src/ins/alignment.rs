@@ -191,7 +191,7 @@ impl Alignment {
     ///
     /// # Errors
     /// [`DataError`] when the samples are not those of an accelerometer near rest, or carry no
-    /// heading although one was asked for.
+    /// heading although the settings need one.
     pub(crate) fn push(&mut self, sample: &ImuSample) -> Result<Option<Aligned>, DataError> {
         match self.gather(sample) {
             Gathered::Part => Ok(None),
@@ -287,7 +287,7 @@ impl Alignment {
         }
     }
 
-    /// Turns a levelled attitude about the vertical until the heading is what was asked for.
+    /// Turns a levelled attitude about the vertical to the heading of the settings.
     fn towards_heading(
         &self,
         level: UnitQuaternion<f64>,

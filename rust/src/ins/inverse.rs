@@ -42,7 +42,7 @@ impl Strapdown {
     }
 
     /// Rotation vector (rad) of the sensor's turn from `from` to `to` relative to inertial space,
-    /// in b at `from`; the first-order form knows no Earth rate.
+    /// in b at `from`; the first-order form has no Earth rate.
     fn rotation_vector(
         &self,
         dt: f64,

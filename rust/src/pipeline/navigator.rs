@@ -24,8 +24,8 @@ use crate::types::trajectory::Trajectory;
 /// Navigates one foot, sample by sample.
 ///
 /// The solution of a sample is output [`Navigator::latency`] samples later, because the detector
-/// looks ahead.  During the alignment of the start the solutions stay at the origin, and their flags
-/// tell so.
+/// looks ahead.  During the alignment of the start the solutions stay at the origin, and are
+/// flagged.
 pub struct Navigator {
     stages: Compiled,
 }

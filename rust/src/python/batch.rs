@@ -28,7 +28,7 @@ pub(super) struct PyBatch {
     inner: Exclusive<Option<Batch>>,
     /// What a detector of the user's raised; absent with one of the core's.
     failure: Option<Failure>,
-    /// Whether the strides are asked for.
+    /// Whether strides are tracked.
     strides: bool,
 }
 
@@ -60,7 +60,7 @@ impl PyBatch {
     }
 
     /// Reads the arrays while the interpreter is left to others: they are a recording's, which
-    /// nobody writes to.
+    /// nothing writes to.
     #[pyo3(signature = (t, accel, gyro, mag=None))]
     fn push_block(
         &self,

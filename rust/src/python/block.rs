@@ -49,7 +49,7 @@ impl<'a, 'py> Arrays<'a, 'py> {
     }
 
     /// Copies of the samples, and of the readings of a magnetometer beside them.
-    #[expect(unsafe_code, reason = "views of arrays that nobody was told of")]
+    #[expect(unsafe_code, reason = "views of arrays without borrow flags")]
     pub(super) fn read(&self, mag: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Readings> {
         // SAFETY: the arrays are aligned; the views end with this call, which holds the interpreter
         // and runs no code of Python, and nothing in this library writes to an array of Python.

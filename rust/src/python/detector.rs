@@ -39,7 +39,7 @@ pub(super) struct PyDetector {
 }
 
 impl PyDetector {
-    /// Takes over `object`, which forgets what it has seen; the second is where its exceptions will
+    /// Takes over `object` after a reset; the second holds its exceptions, which will
     /// be found.
     pub(super) fn new(object: &Bound<'_, PyAny>) -> PyResult<(Self, Failure)> {
         for attribute in ["latency", "push", "reset"] {

@@ -26,7 +26,7 @@ use crate::types::trajectory::Trajectory;
 const SHORT: usize = 100;
 
 /// New solutions, with the health after them; a column becomes an array
-/// when it is asked for.
+/// at its first use.
 #[pyclass(frozen, name = "Columns", module = "footnav._core")]
 pub(super) struct PyColumns {
     solutions: Vec<Solution>,

@@ -132,7 +132,7 @@ impl Route {
     ///
     /// # Errors
     /// [`ConfigError::OutOfRange`] for fewer than two waypoints, a waypoint that is not finite, a
-    /// walked leg without horizontal extent, a lift ride that is not vertical or ends on a tread, or
+    /// walked leg without horizontal extent, a lift ride that is not vertical or onto a tread, or
     /// a route longer than 100 km.
     pub fn validate(&self) -> Result<(), ConfigError> {
         const KEY: &str = "route.waypoints";

@@ -3,7 +3,7 @@
 //!
 //! As [`super::forward`], compiled for each instruction set.  Only a later observation of
 //! the position carries information on the position alone, since no other state depends on it:
-//! without one, its rows of Λ are zero, and the parameter `P` tells whether they are computed.
+//! without one, its rows of Λ are zero, and the parameter `P` is whether they are computed.
 
 use nalgebra::{Matrix3, Vector3};
 
