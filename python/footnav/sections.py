@@ -90,6 +90,9 @@ class Alignment(Settings, frozen=True, kw_only=True):
     duration : float
         Longest rest that is averaged; a walk that starts sooner is aligned on a shorter one.  In s,
         a positive number.
+    min_rest : float
+        Shortest rest whose mean angular rate is taken for the gyroscope's bias, at most `duration`.
+        In s, zero or a positive number.
     levelling : {"arctangent", "arcsine"}
         Form of the levelling equations.
 
@@ -133,6 +136,7 @@ class Alignment(Settings, frozen=True, kw_only=True):
     """
 
     duration: float = 1.0
+    min_rest: float = 0.2
     levelling: Levelling = "arctangent"
     heading_deg: float | None = None
     magnetic_field: Vector | None = None

@@ -56,6 +56,9 @@ settings! {
     pub struct AlignmentConfig: "alignment", also has_one_heading {
         /// Longest rest that is averaged; a walk that starts sooner is aligned on a shorter one.
         duration: f64 = 1.0, "s", Limits::Positive;
+        /// Shortest rest whose mean angular rate is taken for the gyroscope's bias, at most
+        /// `duration`.
+        min_rest: f64 = 0.2, "s", Limits::NonNegative;
         /// Form of the levelling equations.
         levelling: Levelling = Levelling::Arctangent;
         /// Heading of `forward_axis` at the start, clockwise from true north.  Without it and
@@ -105,8 +108,6 @@ const BLOCK: f64 = 0.1;
 const MAX_BLOCK_SPAN: f64 = 0.2;
 /// Half period of the sway of a standing foot, s.
 const SWAY: f64 = 1.0;
-/// Shortest rest, s, whose mean angular rate is taken for the gyroscope's bias.
-const MIN_REST: f64 = 0.2;
 /// Elevation of the forward axis beyond which it has no heading, rad.
 const STEEPEST_FORWARD_AXIS: f64 = 1.2;
 /// Bounds on the mean specific force at the start in units of gravity; a badly calibrated sensor
@@ -159,7 +160,7 @@ impl AlignmentConfig {
         RestLimits {
             block: BLOCK,
             max_span: MAX_BLOCK_SPAN,
-            min_duration: MIN_REST.min(self.duration) - 0.5 * BLOCK,
+            min_duration: self.min_rest.min(self.duration) - 0.5 * BLOCK,
             accel_std: self.rest_accel_std,
             gyro_std: self.rest_gyro_std,
             accel_drift: self.rest_accel_std,
@@ -430,7 +431,18 @@ mod tests {
     }
 
     #[test]
-    fn a_rest_may_be_asked_for_that_is_shorter_than_one_is_otherwise() {
+    fn a_rest_shorter_than_min_rest_is_a_start_in_motion() {
+        let level = UnitQuaternion::identity();
+        let moving = |k: u32| ImuSample::new(0.005 * f64::from(k), [3.0, 0.0, G], [0.0, 2.0, 0.0]);
+        for (min_rest, at_rest) in [(0.2, true), (0.5, false)] {
+            let settings = AlignmentConfig { min_rest, ..config() };
+            let start = |k: u32| if k <= 60 { rest(&level, k) } else { moving(k) };
+            assert_eq!(align(settings, start).unwrap().at_rest, at_rest, "{min_rest} s");
+        }
+    }
+
+    #[test]
+    fn a_rest_as_short_as_duration_is_accepted() {
         for duration in [0.001, 0.05, 0.1, 0.15] {
             let still = UnitQuaternion::from_euler_angles(0.3, -0.2, 0.0);
             let aligned =

@@ -39,8 +39,7 @@ pub(super) struct PyDetector {
 }
 
 impl PyDetector {
-    /// Takes over `object` after a reset; the second holds its exceptions, which will
-    /// be found.
+    /// Takes over `object` after a reset; the second value holds its exceptions.
     pub(super) fn new(object: &Bound<'_, PyAny>) -> PyResult<(Self, Failure)> {
         for attribute in ["latency", "push", "reset"] {
             if !object.hasattr(attribute)? {
