@@ -3,13 +3,14 @@
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from footnav.errors import ConfigError, FootnavError
-from footnav.io import mpu6050, read, text
-from footnav.io.options import FEET, Options
+from footnav.io import FORMATS, check_options, detect, read
+from footnav.io.options import FEET
+from footnav.io.source import Source
 from footnav.recording import Recording
 
 
@@ -21,7 +22,7 @@ class Reading:
     Attributes
     ----------
     format : str, optional
-        csv, xio, npz, mpu6050 (raw counts of one sensor) or mpu6050-pair (of both feet).
+        Format of the file.
     rate_hz : float, optional
         Sampling rate of a file without stamps.
     columns : str, optional
@@ -47,7 +48,7 @@ class Reading:
         An option is unknown, out of range, or inconsistent with another one.
     """
 
-    format: str | None = None
+    format: Annotated[str | None, Parameter(help=f"One of {', '.join(FORMATS)}.")] = None
     rate_hz: float | None = None
     columns: str | None = None
     t_unit: str | None = None
@@ -60,7 +61,7 @@ class Reading:
 
     def __post_init__(self) -> None:
         """Validate the options before any file is opened."""
-        Options(**self.options())
+        check_options(**self.options())
 
     def options(self) -> dict[str, Any]:
         """Return the options as `footnav.read` takes them."""
@@ -97,19 +98,17 @@ def read_walks(path: Path, reading: Reading, name: str | None = None) -> dict[st
     """
     name = name or path.stem
     options = reading.options()
-    if reading.foot is None and _form(path, reading) == "mpu6050-pair":
+    if reading.foot is None and _form(path, options) == "mpu6050-pair":
         return {f"{name}-{foot}": _read_foot(path, options, foot) for foot in FEET}
     return {name: read(path, **options)}
 
 
-def _form(path: Path, reading: Reading) -> str | None:
-    """Return the format, if it is given or one of raw counts."""
-    if reading.format or reading.columns:
-        return reading.format
+def _form(path: Path, options: dict[str, Any]) -> str | None:
+    """Return the format, or None for a file that cannot be read."""
     try:
-        return mpu6050.sniff(text.parse(path.read_bytes(), path.name))
+        return detect(Source(path.read_bytes(), path.name), check_options(**options))
     except (OSError, FootnavError):
-        # Not a file of counts; `read` reports its errors.
+        # `read` reports the error.
         return None
 
 

@@ -3,16 +3,48 @@
 import dataclasses
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from footnav.errors import DataError
-from footnav.io import delimited, mpu6050, npz, text, xio
-from footnav.io.options import Options, rotation
+from footnav.io import delimited, mpu6050, npz, xio
+from footnav.io.options import Options, check_choice, rotation
 from footnav.io.samples import Samples
+from footnav.io.source import Source
 from footnav.recording import STANDARD_GRAVITY, Recording
 
 __all__ = ["read"]
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format of recordings.
+
+    Attributes
+    ----------
+    read : callable
+        Reads a file of the format.
+    sniff : callable, optional
+        Whether a file is of the format; without it the format is read only when it is named.
+    """
+
+    read: Callable[[Source, Options], Samples]
+    sniff: Callable[[Source, Options], bool] = lambda source, options: False
+
+
+FORMATS: Mapping[str, Format] = {
+    "npz": Format(npz.read, npz.sniff),
+    "xio": Format(xio.read),
+    **{
+        form: Format(partial(mpu6050.read, form=form), partial(mpu6050.sniff, form=form))
+        for form in mpu6050.SENSORS
+    },
+    "csv": Format(delimited.read, lambda source, options: True),
+}
+"""The formats by name, in the order of detection."""
 
 
 def read(
@@ -85,7 +117,7 @@ def read(
     FootnavWarning
         The last line is truncated, or an optional sensor has unusable values, and is left out.
     """
-    options = Options(
+    options = check_options(
         format=format,
         rate_hz=rate_hz,
         columns=columns,
@@ -97,9 +129,57 @@ def read(
         accel_range=accel_range,
         gyro_range=gyro_range,
     )
-    source = Path(path)
-    recording = _recording(_samples(_load(source), source.name, options), source.name, options)
+    path = Path(path)
+    source = Source(_load(path), path.name)
+    samples = FORMATS[detect(source, options)].read(source, options)
+    recording = _recording(samples, path.name, options)
     return recording if name is None else dataclasses.replace(recording, name=name)
+
+
+def check_options(**given: Any) -> Options:
+    """Validate the options of `read` before a file is opened.
+
+    Parameters
+    ----------
+    **given
+        The options by name.
+
+    Returns
+    -------
+    Options
+
+    Raises
+    ------
+    ConfigError
+        A value is unknown, out of range, or inconsistent with another one.
+    """
+    check_choice("format", given.get("format"), FORMATS)
+    return Options(**given)
+
+
+def detect(source: Source, options: Options) -> str:
+    """Return the format in the options, or else the first one that fits the file.
+
+    Parameters
+    ----------
+    source : Source
+        The file.
+    options : Options
+        The options of the caller.
+
+    Returns
+    -------
+    str
+        A key of `FORMATS`.
+
+    Raises
+    ------
+    DataError
+        The file is neither text nor of a binary format.
+    """
+    return options.format or next(
+        form for form, entry in FORMATS.items() if entry.sniff(source, options)
+    )
 
 
 def _load(path: Path) -> bytes:
@@ -114,16 +194,6 @@ def _load(path: Path) -> bytes:
     if not data.strip():
         raise DataError(f"{path.name} is empty")
     return data
-
-
-def _samples(data: bytes, name: str, options: Options) -> Samples:
-    if options.format == "npz" or (options.format is None and data.startswith(npz.MAGIC)):
-        return npz.read(data, name, options)
-    table = text.parse(data, name)
-    form = options.format or (None if options.columns else mpu6050.sniff(table))
-    if form in ("mpu6050", "mpu6050-pair"):
-        return mpu6050.read(table, options, form)
-    return xio.read(table, options) if form == "xio" else delimited.read(table, options)
 
 
 def _recording(samples: Samples, name: str, options: Options) -> Recording:

@@ -10,6 +10,7 @@ from footnav.io import infer_units
 from footnav.io.header import ACCEL_ROLES, GYRO_ROLES, MAG_ROLES, REQUIRED, Title, is_canonical
 from footnav.io.options import Options
 from footnav.io.samples import Samples, convert, stamps
+from footnav.io.source import Source
 from footnav.io.text import Table
 from footnav.io.units import ACCEL, GYRO, MAG, PRESSURE, TEMPERATURE, TIME, Quantity
 from footnav.recording import Floats
@@ -18,12 +19,12 @@ Columns = Mapping[str, int]
 """Column, counted from 0, of each role."""
 
 
-def read(table: Table, options: Options) -> Samples:
+def read(source: Source, options: Options) -> Samples:
     """Read a table whose columns have titles, or are named by `options.columns`.
 
     Parameters
     ----------
-    table : Table
+    source : Source
         The file.
     options : Options
         The options of the caller.
@@ -47,6 +48,7 @@ def read(table: Table, options: Options) -> Samples:
         Magnetometer, pressure or temperature has unusable values and is left out.
     """
     options.refuse("csv", "foot")
+    table = source.table
     columns = locate(table, options.columns or {})
     values = table.columns([columns[role] for role in REQUIRED])
     accel = _accel(table, columns, values[:, :3], options.accel_unit)

@@ -14,6 +14,7 @@ from footnav.io import delimited
 from footnav.io.header import CANONICAL, REQUIRED
 from footnav.io.options import Options
 from footnav.io.samples import Samples, stamps
+from footnav.io.source import Source
 from footnav.io.text import Table
 from footnav.io.units import ACCEL, GYRO
 from footnav.recording import Floats
@@ -26,24 +27,25 @@ GYRO_RANGES = (250, 500, 1000, 2000)
 
 FULL_SCALE_COUNTS = 32768
 
-_SENSORS = MappingProxyType({"mpu6050": 1, "mpu6050-pair": 2})
+SENSORS = MappingProxyType({"mpu6050": 1, "mpu6050-pair": 2})
+"""Sensors of each format."""
 
 
-def sniff(table: Table) -> str | None:
-    """Return the format of a table without titles that holds integers only, or None."""
-    widths = {1 + count * len(REQUIRED): form for form, count in _SENSORS.items()}
-    fits = not table.titles and table.width in widths
-    return (
-        widths[table.width] if fits and not any("." in line for line in table.lines[:100]) else None
-    )
+def sniff(source: Source, options: Options, form: str) -> bool:
+    """Whether a table has no titles, integers only, and the columns of the format."""
+    if options.columns:
+        return False
+    table = source.table
+    fits = not table.titles and table.width == 1 + SENSORS[form] * len(REQUIRED)
+    return fits and not any("." in line for line in table.lines[:100])
 
 
-def read(table: Table, options: Options, form: str) -> Samples:
+def read(source: Source, options: Options, form: str) -> Samples:
     """Read raw counts.
 
     Parameters
     ----------
-    table : Table
+    source : Source
         The file; stamps in ms unless `options.t_unit` is given.
     options : Options
         Must have the two ranges, and the foot for a pair.
@@ -66,6 +68,7 @@ def read(table: Table, options: Options, form: str) -> Samples:
     options.refuse(
         form, "accel_unit", "gyro_unit", *(["foot"] if form == "mpu6050" else ["columns"])
     )
+    table = source.table
     accel_range = _full_scale(table.name, "accel_range", "g", options.accel_range, ACCEL_RANGES)
     gyro_range = _full_scale(table.name, "gyro_range", "deg/s", options.gyro_range, GYRO_RANGES)
     columns = _columns(table, options, form)
@@ -106,7 +109,7 @@ def _columns(table: Table, options: Options, form: str) -> delimited.Columns:
         raise DataError(
             f"{table.name}: a file of format {form!r} has no header, but this one has {titles}"
         )
-    samples = _SENSORS[form] * len(REQUIRED)
+    samples = SENSORS[form] * len(REQUIRED)
     if table.width not in (samples, samples + 1):
         raise DataError(
             f"{table.name} has {table.width} columns; format {form!r} has ms and {samples} counts"

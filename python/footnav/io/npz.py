@@ -10,6 +10,7 @@ from footnav.errors import DataError, FootnavWarning
 from footnav.io import infer_units
 from footnav.io.options import Options
 from footnav.io.samples import Samples, stamps
+from footnav.io.source import Source
 from footnav.io.units import ACCEL, GYRO, MAG, TIME, to_si
 from footnav.recording import Floats, to_floats
 
@@ -17,15 +18,18 @@ MAGIC = b"PK\x03\x04"
 """First bytes of a zip archive, which an .npz file is."""
 
 
-def read(data: bytes, name: str, options: Options) -> Samples:
+def sniff(source: Source, options: Options) -> bool:
+    """Whether the file is a zip archive."""
+    return source.data.startswith(MAGIC)
+
+
+def read(source: Source, options: Options) -> Samples:
     """Read t, accel, gyro and, where present, the optional arrays and ranges.
 
     Parameters
     ----------
-    data : bytes
-        Content of the file.
-    name : str
-        Name of the file, for messages.
+    source : Source
+        The file.
     options : Options
         Units override SI; a rate makes stamps when there is no t.
 
@@ -47,7 +51,8 @@ def read(data: bytes, name: str, options: Options) -> Samples:
         The magnetometer's unit is unknown or values are missing, and it is left out.
     """
     options.refuse("npz", "columns", "foot")
-    arrays = _load(data, name)
+    name = source.name
+    arrays = _load(source.data, name)
     missing = [label for label in ("accel", "gyro") if label not in arrays]
     if missing:
         found = ", ".join(arrays) or "none of them"

@@ -12,13 +12,14 @@ from footnav.io.header import ROLES
 from footnav.io.units import ACCEL, GYRO, TIME
 from footnav.recording import Floats
 
-FORMATS = ("npz", "xio", "mpu6050", "mpu6050-pair", "csv")
 FEET = ("left", "right")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """Options of `footnav.io.read`, which documents them.
+
+    The format is only stored; the registry of formats validates it.
 
     Raises
     ------
@@ -39,11 +40,10 @@ class Options:
 
     def __post_init__(self) -> None:
         """Validate the values."""
-        _check_choice("format", self.format, FORMATS)
-        _check_choice("t_unit", self.t_unit, TIME.scale)
-        _check_choice("accel_unit", self.accel_unit, ACCEL.scale)
-        _check_choice("gyro_unit", self.gyro_unit, GYRO.scale)
-        _check_choice("foot", self.foot, FEET)
+        check_choice("t_unit", self.t_unit, TIME.scale)
+        check_choice("accel_unit", self.accel_unit, ACCEL.scale)
+        check_choice("gyro_unit", self.gyro_unit, GYRO.scale)
+        check_choice("foot", self.foot, FEET)
         for label in ("rate_hz", "accel_range", "gyro_range"):
             _check_positive(label, getattr(self, label))
         if self.columns is not None:
@@ -99,7 +99,8 @@ def rotation(axes: str) -> Floats:
     return matrix
 
 
-def _check_choice(label: str, value: object, known: Collection[str]) -> None:
+def check_choice(label: str, value: object, known: Collection[str]) -> None:
+    """Raise ConfigError for an option that is given and is not one of the known values."""
     if value is not None and value not in known:
         raise ConfigError(
             f"{label} is {value!r}; expected one of {', '.join(known)}{nearest(str(value), known)}"

@@ -4,7 +4,7 @@ from footnav.errors import DataError
 from footnav.io import delimited
 from footnav.io.options import Options
 from footnav.io.samples import Samples
-from footnav.io.text import Table
+from footnav.io.source import Source
 
 _TIME = ("Time (s)", "Timestamp (us)")
 _SENSORS = tuple(
@@ -14,12 +14,12 @@ _SENSORS = tuple(
 )
 
 
-def read(table: Table, options: Options) -> Samples:
+def read(source: Source, options: Options) -> Samples:
     """Read a file with the maker's titles, which state every unit.
 
     Parameters
     ----------
-    table : Table
+    source : Source
         The file.
     options : Options
         The options of the caller.
@@ -36,10 +36,11 @@ def read(table: Table, options: Options) -> Samples:
     ConfigError
         An option does not fit the file.
     """
+    table = source.table
     options.refuse("xio", "columns", "t_unit", "accel_unit", "gyro_unit")
     found = [title.text for title in table.titles]
     if not ({*_SENSORS} <= {*found} and {*_TIME} & {*found}):
         expected = f"'{_TIME[0]}' or '{_TIME[1]}', and {', '.join(map(repr, _SENSORS))}"
         titles = ", ".join(map(repr, found)) or "no titles"
         raise DataError(f"{table.name} is not of format 'xio': expected {expected}; found {titles}")
-    return delimited.read(table, options)
+    return delimited.read(source, options)
