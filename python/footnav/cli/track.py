@@ -14,13 +14,17 @@ from footnav.cli.reading import AS_FOUND, Reading, read_walks
 from footnav.cli.report import describe, summary_table
 from footnav.config import Calibration, Config, load_config
 from footnav.errors import ConfigError, nearest
+from footnav.export.save import WRITERS
 from footnav.plot import PICTURES, save_overview
 from footnav.recording import Recording
 from footnav.summary import Summary
 from footnav.tracking import track
 from footnav.trajectory import Trajectory
 
-FORMATS = ("csv", "npz", "tum", "geojson", "gpx", "kml", "parquet", "png", "svg", "pdf")
+FORMATS = tuple(suffix.removeprefix(".") for suffix in (*WRITERS, *PICTURES))
+_FORMATS_HELP = (
+    f"Formats of the output, of {', '.join(FORMATS)}, separated by commas; csv,png unless given."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +54,7 @@ def track_files(
     /,
     *,
     out: Path = Path(),
-    formats: str | None = None,
+    formats: Annotated[str | None, Parameter(help=_FORMATS_HELP)] = None,
     name: str | None = None,
     config: Path | None = None,
     preset: str | None = None,
@@ -71,8 +75,7 @@ def track_files(
     out : Path
         Folder for the tracks.
     formats : str, optional
-        Formats of the output, of csv, npz, tum, geojson, gpx, kml, parquet, png, svg and pdf,
-        separated by commas; csv,png unless given.
+        Formats of the output, separated by commas.
     name : str, optional
         Name of the track, for a single file; that of the file unless given.
     config : Path, optional

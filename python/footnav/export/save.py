@@ -15,7 +15,7 @@ from footnav.export.table import write_csv, write_parquet, write_tum
 from footnav.export.track import Track
 from footnav.files import replacing
 
-_WRITERS: dict[str, Callable[..., None]] = {
+WRITERS: dict[str, Callable[..., None]] = {
     ".csv": write_csv,
     ".npz": write_npz,
     ".tum": write_tum,
@@ -24,6 +24,7 @@ _WRITERS: dict[str, Callable[..., None]] = {
     ".kml": write_kml,
     ".parquet": write_parquet,
 }
+"""The writer of each suffix."""
 
 
 def save(traj: Track, path: str | PathLike[str], **options: Any) -> None:
@@ -62,10 +63,10 @@ def save(traj: Track, path: str | PathLike[str], **options: Any) -> None:
         When a geographic file is written without an origin.
     """
     path = Path(path)
-    writer = _WRITERS.get(path.suffix.lower())
+    writer = WRITERS.get(path.suffix.lower())
     if writer is None:
         raise ConfigError(
-            f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(_WRITERS)}"
+            f"{path}: unknown suffix {path.suffix!r}, expected one of {', '.join(WRITERS)}"
         )
     _check_options(path, writer, options)
     with replacing(path) as file:
