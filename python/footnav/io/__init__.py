@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from footnav.errors import DataError
-from footnav.io import delimited, mpu6050, npz, xio
+from footnav.io import delimited, euroc, mpu6050, npz, xio
 from footnav.io.options import Options, check_choice, rotation
 from footnav.io.samples import Samples
 from footnav.io.source import Source
@@ -37,6 +37,7 @@ class Format:
 
 FORMATS: Mapping[str, Format] = {
     "npz": Format(npz.read, npz.sniff),
+    "euroc": Format(euroc.read, euroc.sniff),
     "xio": Format(xio.read),
     **{
         form: Format(partial(mpu6050.read, form=form), partial(mpu6050.sniff, form=form))
@@ -71,13 +72,14 @@ def read(
     ----------
     path : str or path-like
         The file.
-    format : {"npz", "xio", "mpu6050", "mpu6050-pair", "csv"}, optional
+    format : {"npz", "euroc", "xio", "mpu6050", "mpu6050-pair", "csv"}, optional
         "npz": arrays t, accel, gyro and optionally mag, pressure, temperature, in SI units (mag
-        also in uT).  "xio": the CSV files of x-io Technologies.  "mpu6050": raw counts without a
-        header, ms, ax, ay, az, gx, gy, gz; needs both ranges.  "mpu6050-pair": the same with the
-        counts of the left foot, then of the right one; needs `foot` too.  "csv": a header such as
-        footnav's own "t,ax,ay,az,gx,gy,gz", or one of many other spellings, with units such as
-        "(deg/s)" or "[g]".
+        also in uT).  "euroc": the IMU files of the EuRoC MAV dataset, whose stamps are integers in
+        ns; t counts from the first sample.  "xio": the CSV files of x-io Technologies.  "mpu6050":
+        raw counts without a header, ms, ax, ay, az, gx, gy, gz; needs both ranges.
+        "mpu6050-pair": the same with the counts of the left foot, then of the right one; needs
+        `foot` too.  "csv": a header such as footnav's own "t,ax,ay,az,gx,gy,gz", or one of many
+        other spellings, with units such as "(deg/s)" or "[g]".
     rate_hz : float, optional
         Sampling rate, Hz, for a file that has no stamps, and only for such a file.
     columns : mapping, optional
