@@ -11,7 +11,7 @@ from footnav.export.archive import write_npz
 from footnav.export.geojson import write_geojson
 from footnav.export.gpx import write_gpx
 from footnav.export.kml import write_kml
-from footnav.export.table import write_csv, write_parquet, write_tum
+from footnav.export.table import write_csv, write_feather, write_parquet, write_tum
 from footnav.export.track import Track
 from footnav.files import replacing
 
@@ -23,6 +23,7 @@ WRITERS: dict[str, Callable[..., None]] = {
     ".gpx": write_gpx,
     ".kml": write_kml,
     ".parquet": write_parquet,
+    ".feather": write_feather,
 }
 """The writer of each suffix."""
 
@@ -35,10 +36,10 @@ def save(traj: Track, path: str | PathLike[str], **options: Any) -> None:
     traj : Track
         The track.
     path : path
-        ``.csv``, ``.tum``, ``.parquet``: the states as a table; option `frame`, "enu" or "ned"
-        (default: `traj.frame`).  ``.csv`` and ``.parquet`` also have latitude_deg, longitude_deg
-        and height where origin and heading are known.  ``.npz``: everything, read back by
-        `footnav.load_trajectory`; no options.  ``.geojson``, ``.gpx``, ``.kml``: latitude,
+        ``.csv``, ``.tum``, ``.parquet``, ``.feather``: the states as a table; option `frame`, "enu"
+        or "ned" (default: `traj.frame`).  All of them but ``.tum`` also have latitude_deg,
+        longitude_deg and height where origin and heading are known.  ``.npz``: everything, read
+        back by `footnav.load_trajectory`; no options.  ``.geojson``, ``.gpx``, ``.kml``: latitude,
         longitude and height; option `origin`, (latitude, longitude, height) in degrees and m
         (default: `traj.origin`).
     **options

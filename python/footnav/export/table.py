@@ -1,4 +1,4 @@
-"""Tables of states: CSV, TUM and Parquet."""
+"""Tables of states: CSV, TUM, Parquet and Feather."""
 
 import csv
 import io
@@ -14,6 +14,7 @@ from footnav.geodesy import enu_to_geodetic
 from footnav.optional import require
 
 _AXES = {"enu": "xyz", "ned": "ned"}
+_EXTRA = "footnav[parquet]"
 
 
 def write_csv(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
@@ -34,9 +35,18 @@ def write_tum(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
 
 def write_parquet(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
     """Write the columns of the CSV to an Apache Parquet file."""
-    pyarrow = require("pyarrow", "footnav[parquet]")
-    parquet = require("pyarrow.parquet", "footnav[parquet]")
-    parquet.write_table(pyarrow.table(_columns(traj, frame)), file)
+    parquet = require("pyarrow.parquet", _EXTRA)
+    parquet.write_table(_arrow_table(traj, frame), file)
+
+
+def write_feather(traj: Track, file: BinaryIO, *, frame: str | None = None) -> None:
+    """Write the columns of the CSV to a Feather file (version 2, the Arrow IPC format)."""
+    feather = require("pyarrow.feather", _EXTRA)
+    feather.write_feather(_arrow_table(traj, frame), file)
+
+
+def _arrow_table(traj: Track, frame: str | None) -> Any:
+    return require("pyarrow", _EXTRA).table(_columns(traj, frame))
 
 
 def _columns(traj: Track, frame: str | None) -> dict[str, NDArray[Any]]:

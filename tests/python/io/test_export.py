@@ -14,6 +14,7 @@ from typing import Any
 
 import gpxpy
 import numpy as np
+import pyarrow.feather
 import pyarrow.parquet
 import pytest
 from hypothesis import given, settings
@@ -27,7 +28,7 @@ from footnav.files import replacing
 from footnav.trajectory import Trajectory, load_trajectory
 
 ORIGIN = (43.66, -79.39, 100.0)
-SUFFIXES = [".csv", ".npz", ".tum", ".geojson", ".gpx", ".kml", ".parquet"]
+SUFFIXES = [".csv", ".npz", ".tum", ".geojson", ".gpx", ".kml", ".parquet", ".feather"]
 GEOGRAPHIC = [".geojson", ".gpx", ".kml"]
 
 
@@ -207,6 +208,16 @@ def test_parquet_holds_the_columns(traj: Trajectory, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("frame", ["enu", "ned"])
+def test_feather_holds_the_table_of_parquet(traj: Trajectory, tmp_path: Path, frame: str) -> None:
+    """Names, types and numbers, to the bit."""
+    traj.save(tmp_path / "walk.feather", frame=frame)
+    traj.save(tmp_path / "walk.parquet", frame=frame)
+    table = pyarrow.feather.read_table(tmp_path / "walk.feather")
+    assert table.equals(pyarrow.parquet.read_table(tmp_path / "walk.parquet"))
+    assert len(table) == len(traj)
+
+
 def coordinates(path: Path) -> Any:
     """Longitude, latitude, height of the line in a geographic file, (n, 3)."""
     if path.suffix == ".geojson":
@@ -360,7 +371,7 @@ def test_unknown_frame_is_refused(traj: Trajectory, tmp_path: Path, frame: str) 
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".npz", ".tum", ".parquet"])
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".tum", ".parquet", ".feather"])
 def test_empty_track_is_an_empty_table(tmp_path: Path, suffix: str) -> None:
     """A stream that has not begun can be saved."""
     save(walk(2)[:0], tmp_path / f"walk{suffix}")
@@ -479,6 +490,8 @@ def test_permissions_and_links_are_kept(traj: Trajectory, tmp_path: Path) -> Non
     ("module", "suffix", "cure"),
     [
         ("pyarrow", ".parquet", r"footnav\[parquet\]"),
+        ("pyarrow", ".feather", r"footnav\[parquet\]"),
+        ("pyarrow.feather", ".feather", r"footnav\[parquet\]"),
         ("gpxpy.gpx", ".gpx", "gpxpy"),
         ("pymap3d", ".kml", "pymap3d"),
     ],
