@@ -2,9 +2,12 @@
 
 import os
 import signal
+from functools import partial
 from pathlib import Path
 
 import pytest
+
+from command_line import Run, run_in_process
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -22,3 +25,10 @@ def data_dir() -> Path:
     path = Path(folder)
     assert path.is_dir(), f"FOOTNAV_DATA={folder} is not a folder"
     return path
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run commands in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return partial(run_in_process, capsys)

@@ -5,43 +5,18 @@ import json
 import subprocess
 import sys
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import footnav
-from footnav.cli import main
+from command_line import CommandResult
 from footnav.cli.console import reporting
 from footnav.cli.track import FORMATS
 from footnav.export.recording import save_recording
 from footnav.trajectory import load_trajectory
-
-
-@dataclass(frozen=True)
-class CommandResult:
-    """What a command left behind."""
-
-    status: int
-    out: str
-    err: str
-
-
-Run = Callable[..., CommandResult]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Run a command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def run_command(*arguments: object) -> CommandResult:
-        status = main([str(argument) for argument in arguments])
-        return CommandResult(status, *capsys.readouterr())
-
-    return run_command
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
-from test_cli import Run, run
 
 import footnav
+from command_line import Run
 from footnav import Config, Recording, _core, allan, load_config, simulate_rest
 from footnav.cli import main
 from footnav.config import Sensor
@@ -20,8 +20,6 @@ from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.noise import FLICKER_FLOOR, AxisNoise, Figure, NoiseFigures, fit_axis, unit_variances
 from footnav.plot import plot_allan
 from footnav.simulation import SensorErrors, TriadErrors
-
-__all__ = ["run"]
 
 GRAVITY = 9.80665
 DEG_H = math.radians(1) / 3600

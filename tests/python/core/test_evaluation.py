@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
-from test_trajectory import walk
 
+from analytic_tracks import walk
 from footnav.errors import ConfigError, DataError, FootnavWarning
 from footnav.evaluation import evaluate, find_alignment, path_length
 from footnav.summary import Displacement

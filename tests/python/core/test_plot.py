@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from test_trajectory import REST, walk
 
+from analytic_tracks import REST, walk
 from footnav.detection import Detection
 from footnav.detectors import ThreeCondition
 from footnav.errors import ConfigError, DataError, FootnavError

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from test_trajectory import places, walk
 
+from analytic_tracks import places, walk
 from footnav.evaluation import path_length
 from footnav.strides import find_stances, find_strides
 

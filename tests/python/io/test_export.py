@@ -20,8 +20,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
-from test_trajectory import COLUMNS, HEALTH, assert_same, walk
 
+from analytic_tracks import COLUMNS, HEALTH, assert_same, walk
 from footnav.errors import ConfigError, DataError, FootnavError, FootnavWarning
 from footnav.export import save
 from footnav.files import replacing
