@@ -112,11 +112,20 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_small_tilt_is_found_and_no_heading(r in -1.4..1.4, p in -1.4..1.4, y in -3.0..3.0, e in [-0.01..0.01, -0.01..0.01, -0.01..0.01]) {
+        fn a_small_tilt_is_found_and_no_heading(
+            r in -1.4..1.4,
+            p in -1.4..1.4,
+            y in -3.0..3.0,
+            e in [-0.01..0.01, -0.01..0.01, -0.01..0.01],
+        ) {
             let truth = UnitQuaternion::from_euler_angles(r, p, y);
             let error = Vector3::from(e);
             let estimate = rotation::exp(&-error) * truth;
-            let observed = indicated(estimate.to_rotation_matrix().matrix(), &(truth.inverse() * Vector3::new(0.0, 0.0, 9.8)));
+            let observed =
+                indicated(
+                    estimate.to_rotation_matrix().matrix(),
+                    &(truth.inverse() * Vector3::new(0.0, 0.0, 9.8)),
+                );
             prop_assert!((observed.tilt[0] - error.x).abs() < 3e-4);
             prop_assert!((observed.tilt[1] - error.y).abs() < 3e-4);
             prop_assert_eq!(observed.heading, None);
@@ -126,7 +135,8 @@ mod tests {
         fn a_heading_appears_only_where_the_matrix_is_no_rotation(y in -3.0..3.0, rate in 1e-4..0.1) {
             let turn = rate * Vector3::x();
             let truth = UnitQuaternion::from_euler_angles(0.0, 0.0, y);
-            let first_order = truth.to_rotation_matrix().matrix() * (Matrix3::identity() + rotation::cross_matrix(&turn));
+            let first_order =
+                truth.to_rotation_matrix().matrix() * (Matrix3::identity() + rotation::cross_matrix(&turn));
             let up = rotation::exp(&-turn) * Vector3::z();
             let heading = indicated(&first_order, &up).heading;
             let stretch = first_order.row(1).norm_squared() - 1.0;

@@ -210,7 +210,10 @@ mod tests {
             let rate = Vector3::new(0.0, 0.2, 0.0);
             let (found, truth) = (estimator.velocity(&rate), rate.cross(&lever));
             // The estimate is shrunk by the variation of the lever arm.
-            prop_assert!((found - truth).norm() < 0.2 * rate.norm() * lever.norm() + 1e-3, "{found}, {truth}");
+            prop_assert!(
+                (found - truth).norm() < 0.2 * rate.norm() * lever.norm() + 1e-3,
+                "{found}, {truth}"
+            );
         }
     }
 

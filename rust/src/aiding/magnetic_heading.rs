@@ -380,7 +380,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_stance_corrects_the_share_of_the_error_that_follows_from_the_variances(truth in attitudes(), azimuth in -3.2..3.2, error in -0.3..0.3) {
+        fn a_stance_corrects_the_share_of_the_error_that_follows_from_the_variances(
+            truth in attitudes(),
+            azimuth in -3.2..3.2,
+            error in -0.3..0.3,
+        ) {
             let field = about_up(azimuth) * north();
             let mut trial = Trial::new(truth, &field);
             trial.turn_away(error);
@@ -392,9 +396,17 @@ mod tests {
         }
 
         #[test]
-        fn a_disturbed_field_does_not_change_the_heading(truth in attitudes(), error in -0.1..0.1, turn in 0.8..5.4, stretch in 0.12..2.0, dip in 0.1..0.3) {
+        fn a_disturbed_field_does_not_change_the_heading(
+            truth in attitudes(),
+            error in -0.1..0.1,
+            turn in 0.8..5.4,
+            stretch in 0.12..2.0,
+            dip in 0.1..0.3,
+        ) {
             let tilted = UnitQuaternion::from_euler_angles(dip, 0.0, 0.0);
-            for disturbed in [about_up(turn) * north(), north() * (1.0 + stretch), north() / (1.0 + stretch), tilted * north(), Vector3::zeros()] {
+            let (stronger, weaker) = (north() * (1.0 + stretch), north() / (1.0 + stretch));
+            let (rotated, dipped) = (about_up(turn) * north(), tilted * north());
+            for disturbed in [rotated, stronger, weaker, dipped, Vector3::zeros()] {
                 let mut trial = Trial::new(truth, &north());
                 trial.turn_away(error);
                 trial.go(40, true, &disturbed);

@@ -149,7 +149,8 @@ mod tests {
         let error = PositionFix::new(2.5, [1.0, f64::NAN, 3.0], IDENTITY).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "the reading at 2.5 s has the position [1.0, NaN, 3.0]; expected a finite time and three finite numbers, m"
+            "the reading at 2.5 s has the position [1.0, NaN, 3.0]; \
+             expected a finite time and three finite numbers, m"
         );
         for covariance in [
             [[0.0; 3]; 3],

@@ -391,7 +391,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_shear_is_the_dense_congruence((mut p, dense) in covariances(), m in matrices(), s in blocks(), t in blocks()) {
+        fn a_shear_is_the_dense_congruence(
+            (mut p, dense) in covariances(),
+            m in matrices(),
+            s in blocks(),
+            t in blocks(),
+        ) {
             prop_assume!(s != t);
             p.add_transformed(Baseline, t, s, &m);
             let f = selector(t, s, &m);
@@ -400,7 +405,12 @@ mod tests {
         }
 
         #[test]
-        fn a_scaled_shear_is_a_shear_with_a_multiple_of_the_identity((p, _) in covariances(), x in -2.0..2.0, s in blocks(), t in blocks()) {
+        fn a_scaled_shear_is_a_shear_with_a_multiple_of_the_identity(
+            (p, _) in covariances(),
+            x in -2.0..2.0,
+            s in blocks(),
+            t in blocks(),
+        ) {
             prop_assume!(s != t);
             let (mut scaled, mut transformed) = (p.clone(), p);
             scaled.add_scaled(Baseline, t, s, x);
@@ -410,7 +420,11 @@ mod tests {
         }
 
         #[test]
-        fn a_transformation_is_the_dense_congruence((mut p, dense) in covariances(), m in matrices(), b in blocks()) {
+        fn a_transformation_is_the_dense_congruence(
+            (mut p, dense) in covariances(),
+            m in matrices(),
+            b in blocks(),
+        ) {
             p.transform(b, &m);
             let f = selector(b, b, &(m - Matrix3::identity()));
             prop_assert!((p.dense() - f * dense * f.transpose()).norm() < 1e-11);
@@ -418,7 +432,12 @@ mod tests {
         }
 
         #[test]
-        fn an_observation_is_the_dense_joseph_update((mut p, dense) in covariances(), b in blocks(), r in 0.01..2.0, y in [-1.0..1.0, -1.0..1.0, -1.0..1.0]) {
+        fn an_observation_is_the_dense_joseph_update(
+            (mut p, dense) in covariances(),
+            b in blocks(),
+            r in 0.01..2.0,
+            y in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        ) {
             let innovation = Vector3::from(y);
             let (noise, mut used) = (Matrix3::from_diagonal_element(r), None);
             let update = p.observe(Baseline, b, &innovation, &noise, f64::INFINITY, &mut used);

@@ -202,7 +202,11 @@ mod tests {
             let batched = propagate(&steps, 9, &mut Recorded::default()).current(Baseline).dense();
             let std = one_by_one.diagonal().map(f64::sqrt);
             let relative = (batched - one_by_one).component_div(&(std * std.transpose()));
-            prop_assert!(relative.amax() < 4.0 * steps.iter().map(|(step, _)| step.dt()).sum::<f64>().powi(2), "{}", relative.amax());
+            prop_assert!(
+                relative.amax() < 4.0 * steps.iter().map(|(step, _)| step.dt()).sum::<f64>().powi(2),
+                "{}",
+                relative.amax()
+            );
         }
 
         #[test]
@@ -217,7 +221,8 @@ mod tests {
         fn velocity_noise_is_integrated_to_position(steps in steps()) {
             let mut p = Covariance::zero();
             let (still, mut together) = (Noise::default(), Noise::default());
-            let straight = StrapdownStep { dt: DT, velocity_increment_n: Vector3::zeros(), attitude: Matrix3::zeros() };
+            let straight =
+                StrapdownStep { dt: DT, velocity_increment_n: Vector3::zeros(), attitude: Matrix3::zeros() };
             for (_, noise) in &steps {
                 p.predict(Baseline, &Transition::new(&straight, &Vector3::zeros()), noise);
                 together = together.compose(noise, DT);

@@ -86,14 +86,17 @@ impl FilterConfig {
         }
         if self.attitude_threshold.is_none() {
             return Err(ConfigError::Inconsistent(
-                "filter.attitude_update needs filter.attitude_threshold: the difference of the specific force from gravity (m/s^2) up to which \
+                "filter.attitude_update needs filter.attitude_threshold: the difference of \
+                 the specific force from gravity (m/s^2) up to which \
                  it is noise, such as three standard deviations of the accelerometer at rest"
                     .into(),
             ));
         }
         if self.kind != FilterKind::Kf {
             return Err(ConfigError::Inconsistent(
-                "filter.attitude_update corrects the states of a Kalman filter: set filter.kind = \"kf\" or leave it out".into(),
+                "filter.attitude_update corrects the states of a Kalman filter: \
+                 set filter.kind = \"kf\" or leave it out"
+                    .into(),
             ));
         }
         Ok(())

@@ -94,7 +94,9 @@ impl AlignmentConfig {
     fn has_one_heading(&self) -> Result<(), ConfigError> {
         if self.heading_deg.is_some() && self.magnetic_field.is_some() {
             return Err(ConfigError::Inconsistent(
-                "alignment.heading_deg and alignment.magnetic_field both give the heading: keep one of them".into(),
+                "alignment.heading_deg and alignment.magnetic_field both give the heading: \
+                 keep one of them"
+                    .into(),
             ));
         }
         Ok(())
@@ -415,8 +417,12 @@ mod tests {
         }
 
         #[test]
-        fn a_magnetic_field_gives_the_whole_attitude(attitude in attitudes(), declination_deg in -30.0..30.0) {
-            let north = rotation::about_up(-f64::to_radians(declination_deg)) * Vector3::new(0.0, 18.0, -44.0);
+        fn a_magnetic_field_gives_the_whole_attitude(
+            attitude in attitudes(),
+            declination_deg in -30.0..30.0,
+        ) {
+            let north =
+                rotation::about_up(-f64::to_radians(declination_deg)) * Vector3::new(0.0, 18.0, -44.0);
             let magnetic_field = Some((attitude.inverse() * north).into());
             let settings = AlignmentConfig { magnetic_field, declination_deg, ..config() };
             let aligned = align(settings, |k| rest(&attitude, k)).unwrap();

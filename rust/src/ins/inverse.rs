@@ -151,14 +151,24 @@ mod tests {
             let found = strapdown.inverse(&before, &from, &to);
             prop_assert!((found.dt - now.dt).abs() < 1e-15);
             prop_assert!((found.angle - now.angle).norm() < 1e-13, "{} {}", found.angle, now.angle);
-            prop_assert!((found.velocity - now.velocity).norm() < 1e-12, "{} {}", found.velocity, now.velocity);
+            prop_assert!(
+                (found.velocity - now.velocity).norm() < 1e-12,
+                "{} {}",
+                found.velocity,
+                now.velocity
+            );
         }
 
         #[test]
         fn a_step_with_the_inverse_reaches_the_state(
-            strapdown in strapdown(), before in increments(), from in state(), turn in vector(0.5), velocity in vector(10.0)
+            strapdown in strapdown(),
+            before in increments(),
+            from in state(),
+            turn in vector(0.5),
+            velocity in vector(10.0),
         ) {
-            let to = NavState { time: 0.01, velocity, attitude: from.attitude * rotation::exp(&turn), ..from };
+            let to =
+                NavState { time: 0.01, velocity, attitude: from.attitude * rotation::exp(&turn), ..from };
             let mut reached = from;
             strapdown.advance(&mut reached, &before, &strapdown.inverse(&before, &from, &to));
             prop_assert!(reached.attitude.angle_to(&to.attitude) < 1e-7);

@@ -92,7 +92,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn samples_leave_in_the_order_in_which_they_came(room in 0usize..4, pushes in prop::collection::vec(any::<bool>(), 0..40)) {
+        fn samples_leave_in_the_order_in_which_they_came(
+            room in 0usize..4,
+            pushes in prop::collection::vec(any::<bool>(), 0..40),
+        ) {
             let mut waiting = DelayLine::with_capacity(room);
             let (mut expected, mut newest) = (VecDeque::new(), None);
             for (k, push) in (0_u16..).zip(pushes) {

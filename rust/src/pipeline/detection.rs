@@ -27,8 +27,8 @@ pub(crate) fn configured(config: &Config, rate_hz: f64) -> Result<Box<dyn Detect
     Ok(config.detector.build(whole_hertz(rate_hz)?, config.gravity()))
 }
 
-/// As [`decide_all`], with a detector of the caller's; `config.detector` is not used.  `progress` is called every
-/// 10,000 samples and its error cancels the work.
+/// As [`decide_all`], with a detector of the caller's; `config.detector` is not used.  `progress`
+/// is called every 10,000 samples, and its error cancels the work.
 ///
 /// # Errors
 /// That of `progress`, and [`ConfigError`] for a setting out of range.

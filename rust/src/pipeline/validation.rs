@@ -167,7 +167,13 @@ mod tests {
     /// Samples a few intervals apart, some of which have a stamp that is repeated, old or not
     /// finite.
     fn samples() -> impl Strategy<Value = Vec<ImuSample>> {
-        let steps = prop_oneof![12 => Just(1.0), 1 => 1.0..3.0, 1 => Just(0.0), 1 => Just(-2.5), 1 => Just(f64::NAN)];
+        let steps = prop_oneof![
+            12 => Just(1.0),
+            1 => 1.0..3.0,
+            1 => Just(0.0),
+            1 => Just(-2.5),
+            1 => Just(f64::NAN),
+        ];
         prop::collection::vec((steps, reading(ACCEL_RANGE), reading(GYRO_RANGE)), 1..40).prop_map(
             |rows| {
                 let mut time = 5.0;

@@ -1,4 +1,4 @@
-//! A stance detector that is a Python object: `footnav.StanceDetector`.
+//! A stance detector that is a Python object: `footnav.protocols.StanceDetector`.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -72,7 +72,8 @@ impl PyDetector {
 
     fn misbehaves(&self, answer: &Bound<'_, PyAny>, expected: &str) -> PyResult<PyErr> {
         Ok(ConfigError::new_err(format!(
-            "sample {}: the detector's push returned {}; expected {expected}, since its latency is {} samples",
+            "sample {}: the detector's push returned {}; expected {expected}, \
+             since its latency is {} samples",
             self.seen,
             answer.repr()?,
             self.latency
@@ -129,7 +130,8 @@ fn latency(object: &Bound<'_, PyAny>) -> PyResult<usize> {
 
 fn lacks(object: &Bound<'_, PyAny>, attribute: &str) -> PyResult<PyErr> {
     Ok(ConfigError::new_err(format!(
-        "detector is a {} and has no {attribute}; expected latency, push and reset as in footnav.StanceDetector \
+        "detector is a {} and has no {attribute}; expected latency, push and reset as in \
+         footnav.protocols.StanceDetector \
          (settings of footnav's own detectors go into Config(detector=...))",
         object.get_type().name()?
     )))

@@ -50,7 +50,7 @@ pub(super) fn stances<'py>(
     (rows(|stance| *stance.start()), rows(|stance| *stance.end()))
 }
 
-/// The fields of `footnav.steps.Steps` without the covariance, by name.
+/// The fields of `footnav.strides.Strides` without the covariance, by name.
 fn columns<'py>(py: Python<'py>, strides: &[Stride]) -> PyResult<Bound<'py, PyDict>> {
     let rows = |row: fn(&Stride) -> usize| {
         PyArray1::from_iter(py, strides.iter().map(|s| row(s).cast_signed()))
@@ -70,7 +70,7 @@ fn columns<'py>(py: Python<'py>, strides: &[Stride]) -> PyResult<Bound<'py, PyDi
     Ok(fields)
 }
 
-/// The fields of `footnav.steps.Steps` for strides that the filter found, by name.
+/// The fields of `footnav.strides.Strides` for strides that the filter found, by name.
 pub(super) fn columns_with_covariance<'py>(
     py: Python<'py>,
     strides: &[Stride],

@@ -442,11 +442,13 @@ mod tests {
 
         #[test]
         fn windows_change_nothing(moves in moves()) {
-            let moves: Vec<Move> = moves.into_iter().cycle().take(2 * WINDOW + 3).map(Move::in_a_few_milliseconds).collect();
+            let moves: Vec<Move> =
+                moves.into_iter().cycle().take(2 * WINDOW + 3).map(Move::in_a_few_milliseconds).collect();
             let rows = dense_filter(&moves, States::zeros(), Dense::identity());
             let mut segment = Segment::default();
             let filtered = walk(&mut segment, &moves, &rows);
-            for (ours, (states_there, covariance)) in smooth(segment, filtered).iter().zip(dense_smoother(&rows)) {
+            let smoothed = smooth(segment, filtered);
+            for (ours, (states_there, covariance)) in smoothed.iter().zip(dense_smoother(&rows)) {
                 prop_assert!((states(ours) - states_there).norm() < 1e-5 * SMALL.max(states_there.norm()));
                 let std = covariance.diagonal().fixed_rows::<3>(0).map(f64::sqrt);
                 prop_assert!((ours.position_std - std).norm() < 1e-8 * std.norm());

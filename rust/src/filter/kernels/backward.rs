@@ -373,7 +373,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn information_goes_back_over_a_transition_on_any_instruction_set(dense in information(), half in 0.001..0.5, tilt in matrices(), bias in matrices()) {
+        fn information_goes_back_over_a_transition_on_any_instruction_set(
+            dense in information(),
+            half in 0.001..0.5,
+            tilt in matrices(),
+            bias in matrices(),
+        ) {
             let (tilt_rows, bias_rows) = (Block3::from(&tilt), Block3::from(&bias));
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             on_best_instruction_set!(simd => predict(simd, &mut best, half, &tilt_rows, &bias_rows));
@@ -391,17 +396,24 @@ mod tests {
         }
 
         #[test]
-        fn information_goes_back_over_an_observation_on_any_instruction_set(dense in information(), p in positive(), b in 0..BLOCKS, whitener in matrices()) {
+        fn information_goes_back_over_an_observation_on_any_instruction_set(
+            dense in information(),
+            p in positive(),
+            b in 0..BLOCKS,
+            whitener in matrices(),
+        ) {
             let whitener = 0.3 * whitener.lower_triangle();
             let v = whitener * p.fixed_rows::<BLOCK>(BLOCK * b);
-            let gain: [Block3; BLOCKS] = std::array::from_fn(|k| Block3::from(&v.fixed_columns::<BLOCK>(BLOCK * k).into_owned()));
+            let gain: [Block3; BLOCKS] =
+                std::array::from_fn(|k| Block3::from(&v.fixed_columns::<BLOCK>(BLOCK * k).into_owned()));
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             on_best_instruction_set!(simd => observe(simd, &mut best, b, &whitener, &gain));
             observe(Baseline, &mut baseline, b, &whitener, &gain);
             let mut h = SMatrix::<f64, BLOCK, STATES>::zeros();
             h.fixed_columns_mut::<BLOCK>(BLOCK * b).fill_with_identity();
             let rest = Dense::identity() - v.transpose() * whitener * h;
-            let expected = rest.transpose() * dense * rest + h.transpose() * whitener.transpose() * whitener * h;
+            let expected =
+                rest.transpose() * dense * rest + h.transpose() * whitener.transpose() * whitener * h;
             for observed in [best, baseline] {
                 prop_assert!(difference(&observed, &expected) < 1e-11 * expected.amax().max(1.0));
                 for k in 0..BLOCKS {
@@ -411,7 +423,11 @@ mod tests {
         }
 
         #[test]
-        fn smoothing_is_the_dense_product_on_any_instruction_set(p in positive(), dense in information(), mut costate in states()) {
+        fn smoothing_is_the_dense_product_on_any_instruction_set(
+            p in positive(),
+            dense in information(),
+            mut costate in states(),
+        ) {
             if !tells(&dense) {
                 costate[POSITION] = Vector3::zeros();
             }
@@ -420,9 +436,13 @@ mod tests {
             let baseline = smooth(Baseline, &p_upper, &costate, &information);
             let expected_known = (p * dense * p).diagonal();
             for (errors, known) in [best, baseline] {
-                prop_assert!((known - expected_known.fixed_rows::<BLOCK>(0)).norm() < 1e-10 * expected_known.norm().max(1.0));
+                prop_assert!(
+                    (known - expected_known.fixed_rows::<BLOCK>(0)).norm()
+                        < 1e-10 * expected_known.norm().max(1.0)
+                );
                 for (i, errors) in errors.iter().enumerate() {
-                    let row = (0..BLOCKS).map(|j| p.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j) * costate[j]);
+                    let row =
+                        (0..BLOCKS).map(|j| p.fixed_view::<BLOCK, BLOCK>(BLOCK * i, BLOCK * j) * costate[j]);
                     prop_assert!((errors - row.sum::<Vector3<f64>>()).norm() < 1e-11);
                 }
             }

@@ -381,7 +381,10 @@ mod tests {
             on_best_instruction_set!(simd => predict(simd, &mut best, &prediction));
             let half_way = shear(Position, Velocity, &Matrix3::from_diagonal_element(half));
             let f = shear(Attitude, GyroBias, &bias)
-                * half_way * shear(Velocity, AccelBias, &bias) * shear(Velocity, Attitude, &cross_matrix(&tilt)) * half_way;
+                * half_way
+                * shear(Velocity, AccelBias, &bias)
+                * shear(Velocity, Attitude, &cross_matrix(&tilt))
+                * half_way;
             let q = Dense::from_fn(|i, j| match (i / BLOCK, j / BLOCK) {
                 (0, 1) | (1, 0) if i % BLOCK == j % BLOCK => position_velocity,
                 (block, _) if i == j => variances[block],
@@ -395,13 +398,19 @@ mod tests {
         }
 
         #[test]
-        fn the_reduction_is_the_dense_product_on_any_instruction_set(dense in positive(), b in 0..BLOCKS, whitener in matrices()) {
+        fn the_reduction_is_the_dense_product_on_any_instruction_set(
+            dense in positive(),
+            b in 0..BLOCKS,
+            whitener in matrices(),
+        ) {
             let whitener = 0.3 * whitener.lower_triangle();
             let (mut best, mut baseline) = (upper(&dense), upper(&dense));
             let (mut gain, mut errors) = (WhitenedGain::default(), Errors::default());
             let y = &Vector3::new(0.1, -0.2, 0.3);
             reduce(Baseline, &mut baseline, b, &whitener, y, &mut gain, &mut errors);
-            on_best_instruction_set!(simd => reduce(simd, &mut best, b, &whitener, y, &mut gain, &mut errors));
+            on_best_instruction_set!(
+                simd => reduce(simd, &mut best, b, &whitener, y, &mut gain, &mut errors)
+            );
             let v = whitener * dense.fixed_rows::<BLOCK>(BLOCK * b);
             let expected = dense - v.transpose() * v;
             for reduced in [best, baseline] {
@@ -409,7 +418,12 @@ mod tests {
                 assert_diagonal_blocks_are_symmetric(&reduced);
             }
             for (k, &[e0, e1, e2, zero]) in errors.iter().enumerate() {
-                prop_assert!((Vector3::new(e0, e1, e2) - v.fixed_columns::<BLOCK>(BLOCK * k).transpose() * y).norm() < 1e-12);
+                prop_assert!(
+                    (Vector3::new(e0, e1, e2)
+                        - v.fixed_columns::<BLOCK>(BLOCK * k).transpose() * y)
+                        .norm()
+                        < 1e-12
+                );
                 prop_assert!(zero.abs() < f64::MIN_POSITIVE);
             }
         }
