@@ -129,9 +129,9 @@ impl HealthMonitor {
         if self.latched.contains(Flags::MOVING_START) {
             self.latched.set(Flags::MOVING_START, tilt_std() > self.config.tilt_limit);
         }
-        let unaided = time - self.last_zero_velocity;
-        let timeout = if unaided > self.config.degraded_after {
-            self.on_zupt_timeout(unaided)
+        let time_since_zupt = time - self.last_zero_velocity;
+        let timeout = if time_since_zupt > self.config.degraded_after {
+            self.on_zupt_timeout(time_since_zupt)
         } else {
             Flags::empty()
         };
@@ -140,8 +140,8 @@ impl HealthMonitor {
 
     /// After a long time without an accepted zero-velocity update.
     #[cold]
-    fn on_zupt_timeout(&mut self, unaided: f64) -> Flags {
-        if unaided > self.config.invalid_after {
+    fn on_zupt_timeout(&mut self, time_since_zupt: f64) -> Flags {
+        if time_since_zupt > self.config.invalid_after {
             self.mark_lost();
         }
         Flags::NO_ZERO_VELOCITY
