@@ -15,6 +15,7 @@ pub(crate) mod zero_angular_rate;
 pub(crate) mod zero_velocity;
 pub(crate) mod zupt_correlation;
 
+use crate::aiding::accelerometer_attitude::AccelerometerAttitude;
 use crate::aiding::aid::{Aid, Epoch, Outcome, UpdateCount};
 use crate::aiding::gravity_tilt::GravityTilt;
 use crate::aiding::iaa::Iaa;
@@ -76,8 +77,8 @@ impl From<MagSample> for Reading {
 /// The aids that the settings ask for.
 #[derive(Clone, Debug)]
 pub(crate) struct Aids {
-    gravity_tilt: Option<GravityTilt>,
-    iaa: Option<Iaa>,
+    gravity_tilt: Option<AccelerometerAttitude<GravityTilt>>,
+    iaa: Option<AccelerometerAttitude<Iaa>>,
     zero_velocity: ZeroVelocity,
     zero_angular_rate: Option<ZeroAngularRate>,
     magnetic_heading: Option<MagneticHeading>,
@@ -99,8 +100,8 @@ impl Aids {
     ) -> Self {
         let &Strapdown { gravity, earth_rate, .. } = strapdown;
         Self {
-            gravity_tilt: GravityTilt::new(filter, gravity),
-            iaa: Iaa::new(filter, gravity),
+            gravity_tilt: AccelerometerAttitude::new(filter, gravity),
+            iaa: AccelerometerAttitude::new(filter, gravity),
             zero_velocity: ZeroVelocity::new(filter),
             zero_angular_rate: ZeroAngularRate::new(filter, earth_rate),
             magnetic_heading: MagneticHeading::new(magnetometer),

@@ -24,7 +24,7 @@ pub(crate) mod shoe;
 pub(crate) mod sliding_min_max;
 pub(crate) mod sliding_window;
 pub(crate) mod three_condition;
-pub(crate) mod window_test;
+pub(crate) mod windowed_detector;
 pub(crate) mod windowed_energies;
 
 pub use adaptive_shoe::AdaptiveShoe;

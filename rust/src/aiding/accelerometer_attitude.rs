@@ -14,12 +14,16 @@
 //! Wang, Liu, Sun, Cai, Cheng, "Heading Calibration for Foot-Mounted Inertial Pedestrian-Positioning
 //! Systems Based on Accelerometer Attitude", Electronics 8(12):1405, 2019: eqs. 10, 16, 17.
 
+use std::marker::PhantomData;
+
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use crate::aiding::aid::{Aid, Epoch, Outcome};
 use crate::filter::error_state::{Block, ErrorStates};
 use crate::filter::error_state_filter::ErrorStateFilter;
 use crate::filter::recorder::FilterRecorder;
-use crate::filter::settings::FilterConfig;
+use crate::filter::settings::{AttitudeUpdate, FilterConfig, FilterKind};
+use crate::ins::strapdown::StrapdownStep;
 use crate::math::simd::Simd;
 use crate::types::sample::ImuSample;
 
@@ -50,30 +54,36 @@ pub(crate) fn indicated(
     IndicatedAttitude { tilt: [c.m23, -c.m13], heading }
 }
 
+/// How the indicated attitude corrects the filter.
+pub(crate) trait AttitudeMethod {
+    /// The value of the setting that selects it.
+    const UPDATE: AttitudeUpdate;
+
+    /// Updates the filter with the specific force (b, m/s²) at the end of a step, which is gravity
+    /// alone.
+    fn correct<S: Simd>(
+        indicator: &AttitudeIndicator,
+        filter: &mut ErrorStateFilter<S>,
+        step: &StrapdownStep,
+        force: &Vector3<f64>,
+        recorder: &mut impl FilterRecorder,
+    );
+}
+
 /// When and how well the accelerometer indicates the attitude.
 #[derive(Clone, Debug)]
-pub(crate) struct AttitudeIndication {
+pub(crate) struct AttitudeIndicator {
     /// Difference of the specific force from gravity up to which it is taken for gravity, m/s².
     threshold: f64,
     variance: f64,
     gate: f64,
-    gravity: f64,
+    /// Gravity, m/s².
+    pub(crate) gravity: f64,
 }
 
-impl AttitudeIndication {
-    /// None without a threshold; gravity in m/s².
-    pub(crate) fn new(config: &FilterConfig, gravity: f64) -> Option<Self> {
-        let (variance, gate) = (config.attitude_std.powi(2), config.chi2_gate);
-        config.attitude_threshold.map(|threshold| Self { threshold, variance, gate, gravity })
-    }
-
-    /// Gravity, m/s².
-    pub(crate) fn gravity(&self) -> f64 {
-        self.gravity
-    }
-
+impl AttitudeIndicator {
     /// The specific force (b, m/s²) without its bias, if it is gravity alone.
-    pub(crate) fn gravity_reaction<S>(
+    fn gravity_reaction<S>(
         &self,
         filter: &ErrorStateFilter<S>,
         sample: &ImuSample,
@@ -99,6 +109,59 @@ impl AttitudeIndication {
             errors += observed.unwrap_or_default();
         }
         errors
+    }
+}
+
+/// Corrects the attitude in stance, where the accelerometer reads gravity alone.
+#[derive(Clone, Debug)]
+pub(crate) struct AccelerometerAttitude<M> {
+    indicator: AttitudeIndicator,
+    method: PhantomData<M>,
+}
+
+impl<M: AttitudeMethod> AccelerometerAttitude<M> {
+    /// None unless the settings select the method; gravity in m/s².
+    pub(crate) fn new(config: &FilterConfig, gravity: f64) -> Option<Self> {
+        let is_used = config.attitude_update == M::UPDATE && config.kind == FilterKind::Kf;
+        let threshold = config.attitude_threshold.filter(|_| is_used)?;
+        let (variance, gate) = (config.attitude_std.powi(2), config.chi2_gate);
+        let indicator = AttitudeIndicator { threshold, variance, gate, gravity };
+        Some(Self { indicator, method: PhantomData })
+    }
+
+    /// It owns the step, so that those of samples without this update may stay in registers.
+    #[inline(never)]
+    fn apply<S: Simd>(
+        &self,
+        filter: &mut ErrorStateFilter<S>,
+        step: StrapdownStep,
+        sample: &ImuSample,
+        recorder: &mut impl FilterRecorder,
+    ) -> Outcome {
+        let Some(force) = self.indicator.gravity_reaction(filter, sample) else {
+            return Outcome::None;
+        };
+        M::correct(&self.indicator, filter, &step, &force, recorder);
+        Outcome::Accepted
+    }
+}
+
+impl<M: AttitudeMethod> Aid for AccelerometerAttitude<M> {
+    fn observes(&self) -> Option<Block> {
+        Some(Block::Attitude)
+    }
+
+    #[inline(always)]
+    fn update<S: Simd>(
+        &mut self,
+        filter: &mut ErrorStateFilter<S>,
+        epoch: &Epoch<'_>,
+        recorder: &mut impl FilterRecorder,
+    ) -> Outcome {
+        if !epoch.stance || epoch.interval.step.dt <= 0.0 {
+            return Outcome::None;
+        }
+        self.apply(filter, epoch.interval.step, epoch.sample, recorder)
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::detectors::detector::{Decision, Detector, DetectorSettings, magnitude_excess};
 use crate::detectors::sliding_window::{WINDOW_LIMITS, variance};
-use crate::detectors::window_test::{WindowTest, WindowedDetector};
+use crate::detectors::windowed_detector::{WindowTest, WindowedDetector};
 use crate::limits::Limits;
 use crate::settings::settings;
 use crate::types::sample::ImuSample;

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::detectors::detector::{Decision, Detector, DetectorSettings};
 use crate::detectors::sliding_window::{WINDOW_LIMITS, at_least_zero};
-use crate::detectors::window_test::{WindowTest, WindowedDetector};
+use crate::detectors::windowed_detector::{WindowTest, WindowedDetector};
 use crate::limits::Limits;
 use crate::settings::settings;
 use crate::types::sample::ImuSample;
