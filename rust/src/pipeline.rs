@@ -8,6 +8,7 @@ pub(crate) mod detection;
 pub(crate) mod fine_levelling;
 pub mod health_monitor;
 pub(crate) mod navigator;
+pub(crate) mod run;
 pub(crate) mod stages;
 pub(crate) mod start_up;
 pub(crate) mod validation;

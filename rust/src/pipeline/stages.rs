@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::aiding::{Aids, Reading};
+use crate::aiding::Reading;
 use crate::calibration::Calibrator;
 use crate::config::Config;
 use crate::detectors::detector::{Decision, Detector};
@@ -11,15 +11,11 @@ use crate::error::{DataError, Error, NumericalError};
 use crate::filter::covariance::Covariance;
 use crate::gait::stride::Stride;
 use crate::gait::stride_tracker::StrideTracker;
-use crate::ins::alignment::Alignment;
 use crate::ins::strapdown::Strapdown;
 use crate::math::simd::{Simd, WithSimd};
-use crate::pipeline::aided_ins::{AidedIns, UpdateResult};
-use crate::pipeline::considered_scale::ConsideredScale;
-use crate::pipeline::delay_line::{DelayLine, PendingSample};
-use crate::pipeline::fine_levelling::FineLevelling;
-use crate::pipeline::health_monitor::{Counters, Health, HealthMonitor};
-use crate::pipeline::validation::InputValidator;
+use crate::pipeline::aided_ins::AidedIns;
+use crate::pipeline::health_monitor::{Counters, Health};
+use crate::pipeline::run::{Latest, Phase, Run};
 use crate::smoother::Smoother;
 use crate::types::health::Flags;
 use crate::types::nav_state::NavState;
@@ -39,167 +35,6 @@ pub(crate) struct Stages<S> {
 
 /// Velocity during the alignment, n, m/s.
 const AT_REST: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
-
-/// What a reset discards.
-pub(super) struct Run<S> {
-    validator: InputValidator,
-    delay_line: DelayLine,
-    pub(super) phase: Phase<S>,
-    smoother: Option<Smoother>,
-    pub(super) strides: Option<StrideTracker>,
-    scale: Option<ConsideredScale>,
-    pub(super) health: HealthMonitor,
-    latest: Latest,
-    /// All flags since the start was aligned.
-    flags_since_start: Flags,
-    first_time: Option<f64>,
-    ended: bool,
-    failure: Option<Error>,
-}
-
-/// Phase of the navigation.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is one, and a box would be one more indirection"
-)]
-pub(super) enum Phase<S> {
-    /// The start is being aligned; the aids collect their readings.
-    Aligning(Alignment, Aids),
-    Levelling(FineLevelling<S>),
-    Navigating(AidedIns<S>),
-}
-
-impl<S: Simd> Phase<S> {
-    fn new(config: &Config, strapdown: &Strapdown) -> Self {
-        let aids = Aids::new(&config.filter, &config.magnetometer, strapdown);
-        Self::Aligning(Alignment::new(config.alignment.clone(), strapdown), aids)
-    }
-
-    fn aids(&self) -> &Aids {
-        match self {
-            Self::Aligning(_, aids) => aids,
-            Self::Levelling(levelling) => levelling.aids(),
-            Self::Navigating(ins) => &ins.aids,
-        }
-    }
-
-    fn aids_mut(&mut self) -> &mut Aids {
-        match self {
-            Self::Aligning(_, aids) => aids,
-            Self::Levelling(levelling) => levelling.aids_mut(),
-            Self::Navigating(ins) => &mut ins.aids,
-        }
-    }
-
-    /// Covariance of the error states, unless propagation is pending; none during alignment.
-    fn covariance_if_current(&self) -> Option<&Covariance> {
-        match self {
-            Self::Navigating(ins) => ins.filter.covariance_if_current(),
-            _ => None,
-        }
-    }
-}
-
-/// The newest output.
-enum Latest {
-    None,
-    /// The estimate of the filter.
-    OfFilter(UpdateResult),
-    /// Another one: of the alignment, or delayed and changed after the filter.
-    Stored(Solution),
-}
-
-impl<S: Simd> Run<S> {
-    fn new(config: &Config, strapdown: &Strapdown, detector: &dyn Detector) -> Self {
-        Self {
-            validator: InputValidator::new(config, strapdown.nominal_interval),
-            delay_line: DelayLine::with_capacity(detector.latency()),
-            phase: Phase::new(config, strapdown),
-            smoother: Smoother::new(&config.smoother, 1.0 / strapdown.nominal_interval),
-            strides: strides(config),
-            scale: ConsideredScale::new(&config.sensor),
-            health: HealthMonitor::new(config.health.clone()),
-            latest: Latest::None,
-            flags_since_start: Flags::empty(),
-            first_time: None,
-            ended: false,
-            failure: None,
-        }
-    }
-
-    /// Whether a stage follows the filter.
-    fn post_processes(&self) -> bool {
-        self.smoother.is_some() || self.strides.is_some() || self.scale.is_some()
-    }
-
-    /// Navigates over the pending sample, given the detector's decision; whether there is a new
-    /// solution of the filter.
-    #[inline(always)]
-    fn update(&mut self, decision: &Decision) -> Option<Result<(), NumericalError>> {
-        let Phase::Navigating(ins) = &mut self.phase else { return None };
-        let pending = self.delay_line.oldest()?;
-        Some(match ins.update(pending, decision, &mut self.health, &mut ()) {
-            Ok(result) => {
-                self.flags_since_start |= result.flags;
-                self.latest = Latest::OfFilter(result);
-                Ok(())
-            }
-            Err(error) => Err(error),
-        })
-    }
-
-    /// As [`Run::update`], with stages after the filter; whether one of them has a new solution.
-    #[inline(always)]
-    fn update_general(
-        &mut self,
-        simd: S,
-        ins_update: (&PendingSample, &Decision),
-    ) -> Result<bool, Error> {
-        let (pending, decision) = ins_update;
-        let Phase::Navigating(ins) = &mut self.phase else { return Ok(false) };
-        let strides = self.strides.as_mut().map(StrideTracker::recorder);
-        let mut recorder = (strides, self.smoother.as_mut().map(Smoother::recorder));
-        let result = ins.update(pending, decision, &mut self.health, &mut recorder)?;
-        self.flags_since_start |= result.flags;
-        let solution = ins.solution(result);
-        Ok(self.post_process(simd, solution))
-    }
-
-    /// Passes a solution to the stages after the filter; whether there is a new output.
-    pub(super) fn post_process(&mut self, simd: S, solution: Solution) -> bool {
-        let covariance = self.phase.covariance_if_current();
-        if let Some(strides) = &mut self.strides {
-            strides.push(&solution, covariance);
-        }
-        let due = match &mut self.smoother {
-            None => Some(solution),
-            Some(smoother) => smoother.push(simd, &solution, covariance),
-        };
-        let Some(solution) = due else { return false };
-        self.emit(solution);
-        true
-    }
-
-    /// Makes a solution the newest output.
-    fn emit(&mut self, mut solution: Solution) {
-        if let Some(scale) = &mut self.scale {
-            scale.inflate(&mut solution);
-        }
-        if let Some(strides) = &mut self.strides {
-            strides.on_output(&solution);
-        }
-        self.latest = Latest::Stored(solution);
-    }
-
-    /// After a failure there is no solution.
-    #[cold]
-    fn fail(&mut self, failure: Error) -> Error {
-        self.latest = Latest::None;
-        self.flags_since_start |= Flags::LOST;
-        self.failure = Some(failure.clone());
-        failure
-    }
-}
 
 impl<S: Simd> Stages<S> {
     pub(super) fn new(
@@ -432,10 +267,6 @@ impl<S: Simd> Stages<S> {
     }
 }
 
-fn strides(config: &Config) -> Option<StrideTracker> {
-    config.output.strides.then(|| StrideTracker::new(config.alignment.forward_axis.vector()))
-}
-
 // The entries of the instruction set: a sample, a block, the end, and the cases beside the path of
 // most samples.
 
@@ -508,7 +339,7 @@ impl<S: Simd> WithSimd for NavigateGeneral<'_, S> {
         let Self { stages, decision } = self;
         let Some(pending) = stages.run.delay_line.oldest().copied() else { return Ok(false) };
         let updated = match &stages.run.phase {
-            Phase::Navigating(_) => stages.run.update_general(stages.simd, (&pending, &decision)),
+            Phase::Navigating(_) => stages.run.update_general(stages.simd, &pending, &decision),
             _ => stages.start_up(&pending, &decision),
         };
         stages.run.delay_line.release();

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from foot_swings import COLUMNS, assert_same, swings
 from footnav import Config, Navigator, Recording, Trajectory, track
 from footnav.config import Alignment, Filter, Mechanization
 from footnav.detectors import AdaptiveShoe, MagnitudeVariance, Shoe
@@ -21,17 +22,6 @@ from footnav.errors import BusyError, ConfigError, DataError
 from footnav.health import Flag, Status
 
 RATE = 100.0
-COLUMNS = (
-    "t",
-    "position",
-    "velocity",
-    "quaternion",
-    "zero_velocity",
-    "position_std",
-    "gyro_bias",
-    "accel_bias",
-    "flags",
-)
 CONFIGS = {
     "default": Config(),
     "fixed": Config(detector=Shoe(), mechanization=Mechanization(kind="single-sample")),
@@ -47,18 +37,7 @@ def walk():
     Exact in single precision, so that the same walk can be given as float32.
     """
     t = np.arange(750) / 128 * 1.28
-    swing = np.sin(np.pi * np.clip((t - 2) % 1.0 / 0.5, 0, 1)) * ((t > 2) & (t < 6))
-    noise = np.random.default_rng(7).normal(size=(2, len(t), 3))
-    accel = (
-        [0.3, -0.2, 9.79]
-        + swing[:, None] * [4.0, 0.5, 3.0] * np.cos(9 * t)[:, None]
-        + 0.02 * noise[0]
-    )
-    gyro = (
-        [0.002, -0.001, 0.003]
-        + swing[:, None] * [0.3, 5.0, 0.2] * np.cos(12 * t)[:, None]
-        + 0.002 * noise[1]
-    )
+    accel, gyro = swings(t)
     return tuple(column.astype(np.float32).astype(np.float64) for column in (t, accel, gyro))
 
 
@@ -91,14 +70,6 @@ def push_all(navigator, samples):
         (navigator.push(*row), navigator.t, navigator.position, navigator.quaternion)
         for row in rows
     ]
-
-
-def assert_same(got, expected, columns=COLUMNS):
-    """Compare to the bit."""
-    for column in columns:
-        np.testing.assert_array_equal(
-            getattr(got, column), getattr(expected, column), err_msg=column
-        )
 
 
 @pytest.fixture(scope="module")

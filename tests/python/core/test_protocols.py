@@ -6,37 +6,17 @@ import numpy as np
 import pytest
 
 import footnav
+from foot_swings import assert_same, swings
 from footnav import Config, Navigator, Recording, Trajectory, detect, track
 from footnav.errors import ConfigError, DataError
 
 RATE = 100.0
-COLUMNS = (
-    "position",
-    "velocity",
-    "quaternion",
-    "zero_velocity",
-    "position_std",
-    "gyro_bias",
-    "accel_bias",
-    "flags",
-)
 
 
 def walk():
     """Return rest, four swings of a foot, and rest, with white noise."""
     t = np.arange(700) / RATE
-    swing = np.sin(np.pi * np.clip((t - 2) % 1.0 / 0.5, 0, 1)) * ((t > 2) & (t < 6))
-    noise = np.random.default_rng(7).normal(size=(2, len(t), 3))
-    accel = (
-        [0.3, -0.2, 9.79]
-        + swing[:, None] * [4.0, 0.5, 3.0] * np.cos(9 * t)[:, None]
-        + 0.02 * noise[0]
-    )
-    gyro = (
-        [0.002, -0.001, 0.003]
-        + swing[:, None] * [0.3, 5.0, 0.2] * np.cos(12 * t)[:, None]
-        + 0.002 * noise[1]
-    )
+    accel, gyro = swings(t)
     return Recording(t, accel, gyro, name="walk")
 
 
@@ -81,13 +61,6 @@ class Scripted:
 
 BUILT_IN = footnav.detectors.AngularRateEnergy(window=0.07, threshold=0.3)
 TWIN = {"window": 7, "threshold": 0.3}
-
-
-def assert_same(got, expected):
-    for column in COLUMNS:
-        np.testing.assert_array_equal(
-            getattr(got, column), getattr(expected, column), err_msg=column
-        )
 
 
 @pytest.fixture(scope="module")
